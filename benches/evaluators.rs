@@ -1,4 +1,4 @@
-//! `cargo bench`: what `leadlag bench` measures, on the synthetic drive. `cargo bench -- --quick` takes under a minute.
+//! `cargo bench`: measurements of `leadlag bench`, on the synthetic drive. `cargo bench -- --quick` takes under a minute.
 
 use leadlag::internal::bench::{Drive, Effort, run, table};
 

@@ -5,7 +5,7 @@
 use leadlag::{Calibration, Error, synthetic};
 
 fn main() -> Result<(), Error> {
-    // A file of one's own: leadlag::read("platoon.csv")?.follower(1)?
+    // Your own file: leadlag::read("platoon.csv")?.follower(1)?
     let [drive, other] = [synthetic(1, 300.0)?.follower(1)?, synthetic(2, 300.0)?.follower(1)?];
     for model in ["idm", "idm+linear", "gipps+delay"] {
         let fit = Calibration::of(model)?.seed(1).run(&drive)?;

@@ -1,10 +1,10 @@
-//! A term of one's own in the model: does it follow another drive better?
+//! Your own term in the model: does it follow another drive better?
 //!
 //!     cargo run --release --example custom_extension
 
 use leadlag::{Calibration, Error, synthetic};
 
-/// The car brakes less than it is told to.
+/// The car brakes less than commanded.
 const SOFT: &str = "
 struct Parameters {
     /// share of the braking that is lost [-], 0 to 0.9, neutral 0

@@ -1,4 +1,4 @@
-//! What does a model lack? The made-up car has a lag and feels half of the slope.
+//! Which effect does a model lack? The synthetic car has a lag and feels half of the slope.
 //!
 //!     cargo run --release --example diagnose
 

@@ -1,11 +1,11 @@
-//! Many drivers: every pair calibrated by itself, with two models.
+//! Many drivers: every pair calibrated separately, with two models.
 //!
 //!     cargo run --release --example fleet
 
 use leadlag::{Error, Fleet, Pairs, Values, synthetic};
 
 fn main() -> Result<(), Error> {
-    // Tables of one's own: Pairs::read(&Reading::default(), &["pairs.csv"])?
+    // Your own tables: Pairs::read(&Reading::default(), &["pairs.csv"])?
     let drives = (1..=20).map(|seed| synthetic(seed, 60.0)?.follower(1)).collect::<Result<Vec<_>, Error>>()?;
     let pairs = Pairs::of_drives(&drives.iter().collect::<Vec<_>>());
     let table = Fleet::of(&["idm", "gipps"])?.each(|calibration| calibration.intervals(false)).run(&pairs)?;

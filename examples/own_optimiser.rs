@@ -1,4 +1,4 @@
-//! An optimiser of one's own on leadlag's evaluator: differential evolution in thirty lines, beside leadlag's search.
+//! Your own optimiser on leadlag's evaluator: differential evolution in thirty lines, beside leadlag's search.
 //!
 //!     cargo run --release --example own_optimiser
 

@@ -1,6 +1,6 @@
-"""Tables and pictures of docs/FINDINGS.md from what scripts/findings made.
+"""Tables and pictures of docs/FINDINGS.md and docs/benchmark/findings.md from the results of scripts/findings.
 
-    findings.py RESULTS PAGE      RESULTS holds the folders CAR_BASE; what stands in PAGE between two marks of a table is replaced
+    findings.py RESULTS DOCS      RESULTS holds the folders CAR_BASE; in DOCS the text between the two marks of each table is replaced
 """
 
 import json
@@ -9,7 +9,7 @@ import shutil
 import sys
 from pathlib import Path
 
-results, page = Path(sys.argv[1]), Path(sys.argv[2])
+results, docs = Path(sys.argv[1]), Path(sys.argv[2])
 CARS = ["Tesla", "BMW", "Audi", "Mercedes"]
 BASES = ["l-cth", "idm", "gipps"]
 PAPER = {"040719_platoon5": "P1", "040719_platoon6": "P2", "040719_platoon7": "P3", "040719_platoon8": "P4", "040719_platoon9": "P5",
@@ -91,7 +91,7 @@ def laws() -> str:
 
 
 def by_platoon(car: str, told) -> list[str]:
-    """What is told of the findings of a car, platoon by platoon."""
+    """The findings of a car, platoon by platoon, as `told` words them."""
     cells = {name: [] for name in PAPER.values()}
     for finding in reports[car, BASES[0]]["data_findings"]:
         if text := told(finding):
@@ -117,12 +117,13 @@ def data() -> str:
     return table(["car", *PAPER.values()], [by_platoon(car, told) for car in CARS])
 
 
-text = page.read_text()
-for make in (names, recommended, per_platoon, laws, stretches, data):
-    mark = re.compile(rf"(<!-- {make.__name__} -->\n).*?(<!-- end -->)", re.S)
-    if not mark.search(text):
-        sys.exit(f"{page}: no place for the table {make.__name__}")
-    text = mark.sub(lambda found: f"{found[1]}{make()}\n{found[2]}", text)
-page.write_text(text)
+for name, tables in (("FINDINGS.md", [names, recommended]), ("benchmark/findings.md", [per_platoon, laws, stretches, data])):
+    text = (docs / name).read_text()
+    for make in tables:
+        mark = re.compile(rf"(<!-- {make.__name__} -->\n).*?(<!-- end -->)", re.S)
+        if not mark.search(text):
+            sys.exit(f"{docs / name}: no place for the table {make.__name__}")
+        text = mark.sub(lambda found: f"{found[1]}{make()}\n{found[2]}", text)
+    (docs / name).write_text(text)
 for car in CARS:
-    shutil.copy(results / f"{car}_l-cth" / "missing_acceleration.svg", page.parent / "images" / f"findings_{car.lower()}.svg")
+    shutil.copy(results / f"{car}_l-cth" / "missing_acceleration.svg", docs / "images" / f"findings_{car.lower()}.svg")

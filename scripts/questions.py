@@ -1,4 +1,4 @@
-"""Tables of the questions in docs/REPRODUCTION.md, from what scripts/questions made.
+"""Tables of docs/benchmark/conventions.md, from what scripts/questions made.
 
     questions.py WORK touching      ids of the variants whose winners touch an acceleration bound on P3
     questions.py WORK tables        the tables
@@ -134,7 +134,7 @@ for base in BASES:
             print(f"| {base} | {QUESTIONS[name] if name else 'paper'} | {text} | {rho:.2f} |")
 before = medians(as_it_is)
 print("\nRank correlation over all variants compared (without a constraint):")
-print("\n| turned | variants | with the order as it is | with the paper's Table 4 | as it is: with the paper's Table 4 |\n|---|---|---|---|---|")
+print("\n| turned | variants | with the unchanged order | with the paper's Table 4 | unchanged: with the paper's Table 4 |\n|---|---|---|---|---|")
 for name in turned:
     if name == "bounds" or not turned[name]:
         continue

@@ -43,7 +43,7 @@ print(f"{status['done']} of {status['tasks']} calibrations are done, {status['in
 tasks = len(calibrations)
 evaluations = statistics.mean(int(row["evaluations"]) for row in calibrations)
 samples = statistics.mean(int(row["samples"]) for row in calibrations)
-# What was computed and lost is in the times, too: the rate is of candidate-steps, which were all computed.
+# The times include lost results; the rate counts all candidate-steps.
 rate = status["candidate_steps"] / status["cpu_s"]
 each = evaluations * samples / rate
 longer = statistics.mean(PLATOONS) / samples

@@ -1,5 +1,5 @@
-// As opaque.wgsl, with zeros of their own: a compiler takes two exclusive ors with the same zero for none. What one extension
-// hands to the next goes through one of these by turns, so that the terms of both cannot be mixed.
+// As opaque.wgsl, with zeros of its own: a compiler removes two exclusive ors with the same zero. The value that one extension
+// hands to the next passes through these in turn, so that the compiler cannot mix the terms of both.
 var<private> even_zero: u32;
 var<private> odd_zero: u32;
 

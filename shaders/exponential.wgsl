@@ -1,4 +1,4 @@
-// e to the power of x: relative error below 3e-7 for x in -87..88; 0 below, infinity above, x where it is no number. The builtin
+// e to the power of x: relative error below 3e-7 for x in -87..88; 0 below, infinity above, NaN for NaN. The builtin
 // `exp` and `log` differ from driver to driver; these two have the operations of shaders/power.wgsl, and src/models/lanes/run/exponential.rs
 // repeats them bit for bit.
 fn exponential(x: f32) -> f32 {
@@ -15,7 +15,7 @@ fn exponential(x: f32) -> f32 {
 }
 
 // Natural logarithm: error below 4e-7 of the result for x above 0; -87.3, the logarithm of the smallest normal number, below
-// that number, for a driver may take what is smaller for 0; x where it is infinite or no number.
+// that number, because a driver may flush subnormal numbers to 0; x for infinity and NaN.
 fn logarithm(x: f32) -> f32 {
     let y = select(x, 1.17549435e-38, x < 1.17549435e-38);
     let result = (exponent_of(y) + log2_of_mantissa(y)) * 0.6931471805599453;

@@ -14,7 +14,7 @@ const ALL = 4u;
 
 // One candidate population on one trajectory.
 struct Job {
-    // First of its entries in `samples`, in vec4, and how many samples there are.
+    // First of its entries in `samples`, in vec4, and the number of samples.
     sample: u32,
     samples: u32,
     // First of its entries in `norms`; entry k belongs to a run that starts at sample k.
@@ -44,7 +44,7 @@ struct Norm {
     rms_measured: vec3<f32>,
 }
 
-// What one submission does: samples from_sample to to_sample - 1 of every candidate.
+// Work of one submission: samples from_sample to to_sample - 1 of every candidate.
 struct Chunk {
     from_sample: u32,
     to_sample: u32,
@@ -115,7 +115,7 @@ fn past_sample(at: u32) -> vec4<f32> {
     return samples[at];
 }
 
-// Sums of one signal triple, with what f32 rounds away.
+// Sums of one signal triple, with the part that f32 rounds away.
 struct Triple {
     high: vec3<f32>,
     low: vec3<f32>,
@@ -142,7 +142,7 @@ fn total(sum: Triple) -> vec3<f32> {
     return sum.high + sum.low;
 }
 
-// What of a run is added up and remembered; the rest of the code below is dropped by the compiler.
+// The sums and states that a run needs; the compiler drops the rest of the code below.
 const HAS_SIMULATED = ACCUMULATION == THEIL || ACCUMULATION == ALL;
 const HAS_ALL = ACCUMULATION == ALL;
 const HAS_CUTS = REJECT || HAS_ALL;

@@ -1,4 +1,4 @@
-// Zero, which only run time tells.
+// Zero, known only at run time.
 var<private> opaque_zero: u32;
 
 // The argument itself, in a form that no compiler sees through. Drivers may re-associate sums (naga writes no NoContraction,

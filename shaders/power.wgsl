@@ -4,8 +4,8 @@
 // nothing to re-associate, and src/models/lanes/run/power.rs repeats it bit for bit.
 //
 // Coefficients: minimax fits in f64 (Lawson's iteration on 4001 Chebyshev nodes), lowest coefficient first: rounded to f32,
-// then the others fitted to what is left. Logarithm: absolute error of z l(z) below 1e-8 for m in sqrt(1/2)..sqrt(2);
-// exponential: relative error below 2e-9 in 0..1; rounding is what remains.
+// then the others fitted to the remainder. Logarithm: absolute error of z l(z) below 1e-8 for m in sqrt(1/2)..sqrt(2);
+// exponential: relative error below 2e-9 in 0..1; only rounding remains.
 fn power(x: f32, y: f32) -> f32 {
     let e = exponent_of(x);
     let l = log2_of_mantissa(x);

@@ -1,7 +1,7 @@
 // One simulated step of a model with extensions, as step.wgsl without them.
 struct Step {
     next: Motion,
-    // What the extensions remember.
+    // Memory of the extensions.
     memory: Memory,
     // Acceleration before the constraint [m/s2].
     a_free: f32,
@@ -12,7 +12,7 @@ struct Step {
 }
 
 // The order of the paper, each extension right after the stage that it changes (`stage_...` are generated and call them).
-// `driven` is generated, too: an observer's missing acceleration comes on top of what the model does, and is no part of its a_f.
+// `driven` is generated, too: an observer's missing acceleration is added after the model and is not part of its a_f.
 fn step(
     p: Params, x: Perceived, now: Motion, memory: Memory, m_0: f32, phi_f: f32, road: Road, given: Given, dx_l: f32, dt: f32,
 ) -> Step {

@@ -1,4 +1,4 @@
-// What the parts see. The same names, in the same units, as src/models/reference/types.rs.
+// Inputs of the parts. The same names, in the same units, as src/models/reference/types.rs.
 
 // Perceived signals, delayed by tau_p: spacing [m], ego speed [m/s], speed of the preceding vehicle [m/s].
 struct Perceived {
@@ -7,7 +7,7 @@ struct Perceived {
     v_l: f32,
 }
 
-// What a controller commands: a_cmd [m/s2], and whether its own equation has a solution (Gipps' radicand).
+// Output of a controller: a_cmd [m/s2], and whether its own equation has a solution (Gipps' radicand).
 struct Command {
     a_cmd: f32,
     feasible: bool,

@@ -27,10 +27,10 @@
 //! # Ok::<(), leadlag::Error>(())
 //! ```
 //!
-//! [`Calibration::evaluate_on`] makes an [`Evaluator`], which scores populations for an optimiser of one's own, and has residuals and
+//! [`Calibration::evaluate_on`] makes an [`Evaluator`], which scores populations for your own optimiser, and has residuals and
 //! normal equations for a solver of least squares; [`Fleet`] calibrates thousands of
 //! pairs; [`Diagnosis`] finds what a model lacks; [`Study`] runs a plan in a folder. A model is a [`Variant`], whose
-//! base may be a [`Law`] of one's own. What they share is [`Drive`], a measured follower, which [`Reading`] says how to read.
+//! base may be a [`Law`] of your own. They share [`Drive`], a measured follower, which [`Reading`] says how to read.
 //!
 //! # Features
 //!

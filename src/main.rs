@@ -7,8 +7,8 @@ fn main() -> ExitCode {
     ExitCode::from(leadlag::cli::run(std::env::args_os()))
 }
 
-/// Mesa's layer for choosing among devices looks for a Wayland display and, where there is no desktop session, prints an error for each try.
-/// leadlag chooses by itself, so the layer is left out there.
+/// Mesa's layer for choosing among devices looks for a Wayland display and, without a desktop session, prints an error for each try.
+/// leadlag does not need the layer, so it disables it there.
 fn quiet_device_selection() {
     let set = |name: &str| std::env::var_os(name).is_some();
     if cfg!(target_os = "linux") && !set("XDG_RUNTIME_DIR") && !set("MESA_VK_DEVICE_SELECT") {

@@ -1,5 +1,5 @@
-//! What the compiler does not guard: no two modules import each other, some know nobody, and the facade is small. That a floor uses those below it only is
-//! guarded by the crates: `leadlag` above `src/diagnosis`, `src/models`, `src/data` and `shaders`.
+//! Rules that the compiler does not check: no two modules import each other, some import nothing, and the facade is small. The crates enforce that a layer uses
+//! lower ones only: `leadlag` above `src/diagnosis`, `src/models`, `src/data` and `shaders`.
 //!
 //! It reads the paths that begin with `crate::` or the name of a crate in src/**/*.rs outside of comments.
 
@@ -10,7 +10,7 @@ use std::path::{Path, PathBuf};
 /// The crates below `leadlag`, each a folder of `src`.
 const CRATES: [&str; 3] = ["data", "models", "diagnosis"];
 
-/// Modules that import nothing of the library but what stands beside them: they know no cars, or nobody at all.
+/// Modules that import nothing of the library but their neighbours: they know no cars, or no other module at all.
 const ALONE: [(&str, &[&str], &str); 3] = [
     ("judge", &["statistics"], "the tests know numbers only"),
     ("optimize", &[], "the optimisers know no cars"),
@@ -43,7 +43,7 @@ fn rust_files(folder: &Path, files: &mut Vec<PathBuf>) {
     files.sort();
 }
 
-/// Top-level names in what follows `crate::`: one name, or the names of a group `{a::b, c}`.
+/// Top-level names after `crate::`: one name, or the names of a group `{a::b, c}`.
 fn names_after(rest: &str) -> Vec<String> {
     let name = |text: &str| text.trim().chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect::<String>();
     let Some(group) = rest.strip_prefix('{') else { return vec![name(rest)] };
@@ -129,7 +129,7 @@ fn some_modules_know_nobody() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// How a cause is searched, judged and told says its file, so that one of a user's own is treated as one of the library.
+/// The file of a cause decides how it is searched, judged and described, so that a user's own cause is treated as a built-in one.
 #[test]
 fn a_diagnosis_knows_no_cause_by_its_name() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -235,7 +235,7 @@ fn the_reader_of_imports_reads_groups() {
     assert!(imports().iter().any(|i| i.from == "evaluator" && i.to == "catalog"), "known imports are found");
 }
 
-/// Types, functions and methods that a user of the library can reach, apart from those of traits. Who needs more than these looks for long.
+/// Types, functions and methods that a user of the library can reach, apart from those of traits. A larger facade is hard to learn.
 const FACADE: usize = 300;
 
 #[test]

@@ -1,5 +1,5 @@
-//! Evaluators share a device; one that is lost is replaced for all of them. In a program of its own, because its device is lost to
-//! everybody in the process.
+//! Evaluators share a device; one that is lost is replaced for all of them. In a separate program, because its device is lost for
+//! the whole process.
 
 mod common;
 
@@ -24,7 +24,7 @@ fn a_shared_device_that_is_lost_is_replaced_for_all() {
     let expected = [run(&mut idm, "idm"), run(&mut gipps, "gipps+delay")];
 
     idm.destroy_device();
-    // Neither is told; each finds out by itself, and both end on the same new one.
+    // Each evaluator detects the loss without a message from the other, and both end on the same new one.
     assert!(run(&mut gipps, "gipps+delay") == expected[1] && run(&mut idm, "idm") == expected[0]);
     assert!(idm.shares_device_with(&gipps));
     assert!(run(&mut alone, "idm") == expected[0], "what happened to the others is nothing to it");

@@ -11,7 +11,7 @@ fn allowed() -> BTreeSet<&'static str> {
 
 /// An SPDX licence expression under evaluation: `WITH` binds closest, then `AND`, then `OR`.
 ///
-/// `/` is the old way of writing `OR`; it still stands in older manifests.
+/// `/` is the old notation of `OR`, which older manifests still use.
 struct Expression<'a> {
     tokens: Vec<&'a str>,
     next: usize,

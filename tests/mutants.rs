@@ -1,10 +1,10 @@
 //! Are the proofs sharp? Every constant, operator, comparison, minimum and maximum of `reference`, `score.rs` and
-//! `evaluator/case.rs` in `src/models` is changed, one at a time, and `tests/model/reference_paper` or `tests/equality/causes.rs` must fail each time. What survives is listed below,
+//! `evaluator/case.rs` in `src/models` is changed, one at a time, and `tests/model/reference_paper` or `tests/equality/causes.rs` must fail each time. Survivors are listed below,
 //! with the reason.
 //!
 //! The crate is copied to `target/tmp/mutants` with all changes in it at once, each behind a switch that an environment variable
 //! sets (mutant schemata), and compiled once; then the judging tests run once per mutant, in a process of their own.
-//! A run takes those that tests/common/sample.rs chooses; `target/tmp/mutants/report.csv` lists them and what became of each.
+//! A run takes those that tests/common/sample.rs chooses; `target/tmp/mutants/report.csv` lists them with their outcome.
 
 #[path = "mutants/build.rs"]
 mod build;
@@ -31,7 +31,7 @@ struct Survivor {
     reason: &'static str,
 }
 
-/// Where the two sides of a comparison share what is changed.
+/// Where the two sides of a comparison share the change.
 const SHARED: &str = "for extensions only, and what tests/equality/causes.rs compares has it on both sides";
 
 const SURVIVORS: &[Survivor] = &[
@@ -69,7 +69,7 @@ const SURVIVORS: &[Survivor] = &[
         file: "reference/lookup.rs",
         line: "} else if nodes[middle] > v {",
         change: "> -> >=",
-        reason: "equivalent up to the last bit: going on from an equal node ends at the node before it, whose segment ends at v",
+        reason: "equivalent up to the last bit: continuing from an equal node ends at the node before it, whose segment ends at v",
     },
     Survivor {
         file: "reference/simulate.rs",
@@ -189,7 +189,7 @@ const SURVIVORS: &[Survivor] = &[
         file: "reference/extension.rs",
         line: "look_back: extension.needs.look_back.map_or(0.0, |k| p.get(extension.parameters[k])),",
         change: "0.0 -> 0.01",
-        reason: "nobody reads it of a law that does not look back",
+        reason: "unused by a law that does not look back",
     },
     Survivor {
         file: "reference/law/acc_kesting.rs",
@@ -238,7 +238,7 @@ const SURVIVORS: &[Survivor] = &[
 /// The causes of the reference.
 const CAUSES: &str = "reference/extension.rs";
 
-/// A judging run takes up to 0.5 s; a mutant that loops for ever is stopped after this long, and counts as noticed.
+/// A judging run takes up to 0.5 s; a mutant that loops endlessly is stopped after this long, and counts as noticed.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Laws are judged state by state, everything else by all other tests.
@@ -355,7 +355,7 @@ fn every_change_of_the_reference_is_noticed() {
     for s in SURVIVORS {
         assert!(
             survivors.iter().any(|m| is(m, s)) || left.iter().any(|m| is(m, s)),
-            "src/models/{}: {} in `{}` is listed as a survivor ({}) but is noticed, or is not there any more",
+            "src/models/{}: {} in `{}` is listed as a survivor ({}) but is noticed, or no longer exists",
             s.file,
             s.change,
             s.line,

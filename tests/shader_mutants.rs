@@ -1,9 +1,9 @@
 //! Are the proofs of the shaders sharp? Every constant, operator, comparison, minimum, maximum, selection and sign of the files in
-//! `shaders/` is changed, one at a time, and the comparison with the reference must fail each time. What survives is listed
+//! `shaders/` is changed, one at a time, and the comparison with the reference must fail each time. Survivors are listed
 //! below, with the reason.
 //!
-//! Shaders are texts that are composed at run time, so nothing is compiled again. A run takes what tests/common/sample.rs chooses;
-//! `target/tmp/shader_mutants.csv` lists it and what became of each change.
+//! Shaders are texts that are composed at run time, so nothing is compiled again. A run takes the changes that tests/common/sample.rs chooses;
+//! `target/tmp/shader_mutants.csv` lists them with their outcome.
 
 mod common;
 #[path = "shader_mutants/exact.rs"]
@@ -78,7 +78,7 @@ const SURVIVORS: &[Survivor] = &[
         file: "shaders/equilibrium/idm.wgsl",
         line: "return (p.d_0 + p.t_h * v) / sqrt(max(1.0 - power(share, p.delta), 0.01));",
         change: "0.01 -> 0.01 * 1.01",
-        reason: "a guard near the desired speed, where there is no equilibrium",
+        reason: "a guard near the desired speed, without an equilibrium",
     },
     Survivor {
         file: "shaders/equilibrium/policy.wgsl",
@@ -437,7 +437,7 @@ fn compare(survivors: &[&Mutant], left: &[Mutant], listed: &[Survivor]) {
     for s in listed {
         assert!(
             survivors.iter().any(|m| is(m, s)) || left.iter().any(|m| is(m, s)),
-            "{}: {} in `{}` is listed as a survivor ({}) but is noticed, or is not there any more",
+            "{}: {} in `{}` is listed as a survivor ({}) but is noticed, or no longer exists",
             s.file,
             s.change,
             s.line,
@@ -458,7 +458,7 @@ const SURVIVORS_ON_GPU: &[Survivor] = &[
         file: "shaders/kernel.wgsl",
         line: "const DONE = 1u;",
         change: "1u -> 2u",
-        reason: "equivalent: any value but 0 says that a run is over, and nobody else reads it",
+        reason: "equivalent: any value but 0 marks the end of a run, and nothing else reads it",
     },
     Survivor {
         file: "shaders/kernel.wgsl",
@@ -554,7 +554,7 @@ const SURVIVORS_ON_GPU: &[Survivor] = &[
         file: "shaders/kernel.wgsl",
         line: "if (DELAY && !RING_IN_STATES) {",
         change: "&& -> ||",
-        reason: "equivalent: fills a ring that nobody reads",
+        reason: "equivalent: fills a ring that nothing reads",
     },
     Survivor {
         file: "shaders/kernel.wgsl",
@@ -566,7 +566,7 @@ const SURVIVORS_ON_GPU: &[Survivor] = &[
         file: "shaders/kernel.wgsl",
         line: "for (var k = 0u; k < (RING | chunk.zero); k++) {",
         change: "< -> <=",
-        reason: "writes a word that nobody reads",
+        reason: "writes a word that nothing reads",
     },
 ];
 

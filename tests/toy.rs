@@ -1,4 +1,4 @@
-//! The worked examples of CONTRIBUTING.md work: what it says is applied to a copy of the crates, word for word, and the new law and the new
+//! The worked examples of CONTRIBUTING.md work: their changes are applied to a copy of the crates, word for word, and the new law and the new
 //! cause are evaluated by every evaluator, which must agree.
 
 #[path = "common/copy.rs"]

@@ -32,7 +32,7 @@ MODELS = {
          ("a_hat_min", -5, -0.5), ("tau_p", 0.1, 0.8)],
 }
 LEADLAG_EVALUATIONS = {1: 24_000, 28: 60_000}
-# What the authors' program gives a candidate that fails.
+# Score of a failed candidate in the authors' program.
 FAILED = 100_000.0
 
 

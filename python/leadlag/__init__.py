@@ -8,13 +8,13 @@
     fit.simulate(other).to_pandas()
 
 Lengths are metres, times seconds, speeds m/s, accelerations m/s². The same seed gives the same result to the bit as the command ``leadlag``,
-whatever the number of threads. Errors are :class:`Error`, or :class:`UsageError` where something was asked for that cannot be.
+whatever the number of threads. Errors are :class:`Error`, or :class:`UsageError` for invalid requests.
 """
 
 import os as _os
 import sys as _sys
 
-# Mesa's layer for choosing among GPUs prints an error where there is no desktop session. leadlag chooses by itself.
+# Mesa's layer for choosing among GPUs prints an error without a desktop session. leadlag does not need the layer.
 if _sys.platform == "linux" and not {"XDG_RUNTIME_DIR", "MESA_VK_DEVICE_SELECT"} & _os.environ.keys():
     _os.environ["NODEVICE_SELECT"] = "1"
 

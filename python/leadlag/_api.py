@@ -133,7 +133,7 @@ def _bounds(
 
 
 def _settings(model: ModelLike, given: Settings) -> _native.Calibration:
-    """The settings of a calibration; what is None is left as it is by default."""
+    """The settings of a calibration; None means the default."""
     asked = model if isinstance(model, Model) else Model(model)
     one = _native.Calibration(asked.base, asked.extend)
     names, single = _bounds(given.get("bounds"))
@@ -158,7 +158,7 @@ def _several(models: ModelLike | Sequence[ModelLike]) -> list[Model]:
 
 
 def _interrupted(exception: BaseException | None, what: str) -> None:
-    """Raises what stopped the work; Ctrl-C is a warning, for what was found is there."""
+    """Raises the error that stopped the work; Ctrl-C is a warning, because there is a result."""
     if exception is None:
         return
     if not isinstance(exception, KeyboardInterrupt):
@@ -184,9 +184,9 @@ def calibrate(drive: Any, model: ModelLike, *, progress: bool = True, **options:
     - ``intervals``: whether 95 % intervals are estimated (True);
     - ``device``: ``"auto"``, ``"lanes"`` (the CPU), ``"gpu"`` or ``"reference"``; ``precision``: ``"plain"``, ``"compensated"`` or ``"f64"``.
 
-    Ctrl-C ends the search: what was found so far is returned, without intervals, with a warning. A second Ctrl-C ends the call at once.
+    Ctrl-C ends the search and returns the result so far, without intervals, with a warning. A second Ctrl-C ends the call at once.
 
-    Raises :class:`leadlag.UsageError` for settings that cannot be, :class:`leadlag.Error` where no candidate is feasible.
+    Raises :class:`leadlag.UsageError` for invalid settings, :class:`leadlag.Error` where no candidate is feasible.
     """
     settings, reading = _chosen(options, SETTINGS, _drives.OPTIONS)
     one = _settings(model, settings)
@@ -206,7 +206,7 @@ def calibrate_all(
     progress: bool = True,
     **options: Unpack[Options],
 ) -> Any:
-    """Calibrates every leader-follower pair by itself: a row per pair and model.
+    """Calibrates every pair of a follower and the car ahead separately: a row per pair and model.
 
     ``pairs``: drives, or tables of one drive each, in a list; one table of many pairs (pandas, Polars, Arrow, a mapping), which ``columns`` or
     ``layout`` explains; or the path of a file or folder, or several. ``models``: one or several. ``progress``: whether a bar is shown.
@@ -254,7 +254,7 @@ class Evaluator:
     :func:`calibrate`. A candidate is a row of values, one per entry of ``parameters``; ``lower`` and ``upper`` are their bounds, ``units`` their units.
 
     ``evaluator(candidates)`` gives scores, shape (n, p) to (n,). Float64 in C order is read in place. A score is infinite for a crash, and for a candidate
-    with a value that the equations do not allow, such as a negative headway or NaN: an optimiser that steps out of the bounds goes on.
+    with a value that the equations do not allow, such as a negative headway or NaN, so that an optimiser may leave the bounds.
     """
 
     def __init__(self, drives: Any, model: ModelLike, **options: Unpack[Options]) -> None:

@@ -61,9 +61,9 @@ def text_of(table: Any) -> bytes:
 
 
 def _cells(values: Any) -> list[Any]:
-    """Values as they are written: numbers in the shortest form that reads back the same, nothing where there is none."""
+    """Values as text: numbers in the shortest form that reads back the same, empty if missing."""
     if values.dtype.kind == "f":
-        # A float32 is written with its own digits, which is what it was measured with.
+        # A float32 is written with its own digits, those of the measurement.
         cells: list[Any] = ["" if cell == "nan" else cell for cell in values.astype(str).tolist()]
         return cells
     if values.dtype.kind == "M":
@@ -76,7 +76,7 @@ def _is_missing(cell: Any) -> bool:
     return cell is None or type(cell).__name__ in ("NAType", "NaTType") or bool(cell != cell)
 
 
-#: Units of a column map's roles where none is given.
+#: Default units of a column map's roles.
 UNITS = {"time": "s", "speed": "m/s", "acceleration": "m/s2", "sin_grade": "-"}
 
 

@@ -32,7 +32,7 @@ class Bar:
         if self.bar is None and not self.line:
             try:
                 with warnings.catch_warnings():
-                    # That a notebook lacks the widgets of its bar is no fault of the work.
+                    # Missing widgets of a notebook must not stop the work.
                     warnings.simplefilter("ignore")
                     from tqdm.auto import tqdm
 

@@ -10,7 +10,7 @@ from collections.abc import Iterable
 #: Drives that a warning names.
 NAMED = 3
 
-#: Faults that were told of drives read one by one, by the place of the call.
+#: Faults already reported for drives read one by one, by the place of the call.
 _told: set[tuple[str, int, str]] = set()
 
 

@@ -48,16 +48,16 @@ PIECE = 8 << 20
 AHEAD = 2
 #: Items of a batch, before anything is known of their time.
 FIRST = 4
-#: What leadlag reads where it lies beside a file that it is given.
+#: Files that leadlag reads if they lie beside a given file.
 COMPANIONS = ("Labels.csv", "Slope.csv", "mfc_*.csv")
-#: How often workers are counted [s].
+#: Interval between counts of workers [s].
 LOOK = 1.0
 #: Files that one command looks at.
 AT_ONCE = 100
 
 #: Files by their names in the folder where a batch is computed.
 Files = dict[str, Path]
-#: A task or a pair: the files that it needs, and what the function that computes it is told.
+#: A task or a pair: the files that it needs, and the arguments of the function that computes it.
 Item = tuple[Files, Any]
 
 
@@ -78,9 +78,9 @@ def run(
     may be lost with its worker. ``progress``: whether a bar is shown.
 
     The tables have the same bytes as those of ``leadlag study plan``, ``run`` and ``merge``. A part is put into the folder whole or not at all. After
-    an interruption the same call goes on.
+    an interruption the same call continues.
 
-    Raises :class:`leadlag.UsageError` for a plan that cannot be. Raises :class:`leadlag.Error` where a task fails or a worker has another leadlag.
+    Raises :class:`leadlag.UsageError` for an invalid plan. Raises :class:`leadlag.Error` where a task fails or a worker has another leadlag.
     """
     folder, inputs = Path(out), _Inputs()
     moved = [] if data is None else ["--data", os.fspath(data)]
@@ -114,7 +114,7 @@ def fleet(
     with tempfile.TemporaryDirectory() as scratch, Bar("calibrations", progress) as tell:
         inputs = _Inputs(scratch)
         function = functools.partial(_pairs, *inputs.choices(several, settings, reading))
-        # What cannot be is told before anything is sent.
+        # Invalid requests are reported before anything is sent.
         each = [_settings(model, settings) for model in several]
         if _are_drives(pairs):
             items, unread = [inputs.drive(drive) for drive in _drives.some(pairs, reading)[0]], list[str]()
@@ -233,7 +233,7 @@ class _Inputs:
                 own = [platoon["id"] for platoon in one["platoons"]]
                 apart = len(set(own)) == len(own) and all(id and "," not in id and id.strip() == id for id in own)
                 ids[one["source"]["path"]] = own if apart else [None]
-        # By its number, a file that is given twice is two. Where none can be read, a worker says why.
+        # By its number, a file that is given twice is two. If none can be read, a worker gives the reason.
         places = [(number, *self.place(path), ids.get(path, [] if ids else [None])) for number, path in enumerate(paths)]
         items: list[Item] = [(files, (file, number, id)) for number, file, files, own in places for id in own]
         return items, [path for path in paths if ids and path not in ids]
@@ -330,7 +330,7 @@ def _found(
         raise ImportError("leadlag.study needs Dask: `pip install distributed`, or leadlag[dask]") from error
 
     def compute(*words: Any) -> Any:
-        # A function that is sent itself: the scheduler needs no leadlag, and a worker that has none says so.
+        # A function that is sent itself: the scheduler needs no leadlag, and a worker without it reports that.
         import leadlag.study
 
         return leadlag.study._compute(*words)
@@ -338,7 +338,7 @@ def _found(
     waiting: list[_Batch] = []
     running: dict[Any, _Batch] = {}
     sent: dict[Path, list[Any]] = {}
-    # Seconds per item, as far as they are known.
+    # Seconds per item, if known.
     taken, done, pace = 0, 0, batch_seconds / FIRST
     try:
         while taken < len(items) or waiting or running:
@@ -361,7 +361,7 @@ def _found(
                 call = pickle.dumps(functools.partial(function, [one for _, one in batch.items]))
                 where = {"workers": [batch.worker], "allow_other_workers": True}
                 running[client.submit(compute, _program(), pieces, call, pure=False, **where)] = batch
-            # The cluster keeps what batches under way need.
+            # The cluster keeps the data of batches under way.
             needed = {path for batch in running.values() for path in batch.files.values()}
             sent = {path: pieces for path, pieces in sent.items() if path in needed}
             look = time.monotonic() + LOOK
@@ -405,7 +405,7 @@ def _compute(program: str, files: dict[str, list[bytes]], call: bytes) -> tuple[
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             with (folder / path).open("wb") as file:
                 file.writelines(pieces)
-        # In a session of its own: Ctrl-C is for those who wait for it.
+        # In a separate session, because Ctrl-C is for the waiting process.
         _leadlag(module="study", env={"RAYON_NUM_THREADS": "1"}, cwd=folder, start_new_session=True)
         return pickle.loads((folder / "answer").read_bytes()), time.monotonic() - began
 

@@ -37,7 +37,7 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// The drive; what is doubtful in it is a warning.
+    /// The drive; doubtful values become warnings.
     fn warned(
         py: Python<'_>,
         origin: Origin,
@@ -116,18 +116,18 @@ impl Drive {
 /// - `name`: the drive's name, where the file has none;
 /// - `columns`: a column map: the name of a built-in one, a TOML file, or a mapping such as `{"time": "t", "speed": ("v", "km/h"), "lead_speed":
 ///   ("v_lead", "km/h"), "gap": "gap"}`, in SI units where there is no other; it may be a whole map with `rows` and `columns`;
-/// - `layout`: by default the header tells;
+/// - `layout`: by default detected from the header;
 /// - `trajectory`: an id, in files that hold several; `segment`: from 1, between long gaps, by default the longest;
 /// - `start` and `end`: times as in the file [s];
 /// - `max_gap`: longest gap that is interpolated [s], 1 by default;
 /// - `smooth`: whether signals are smoothed as the paper's authors did;
 /// - `correct`: whether faults of the data are corrected where possible;
 /// - `resample`: a time step [s];
-/// - `reconcile`: what the spacing is anchored to, "gap" (the default) or "speeds";
+/// - `reconcile`: the anchor of the spacing, "gap" (the default) or "speeds";
 /// - `vehicle`: the follower's car, a built-in one or FILE#NAME; `grade`: a table or "level";
-/// - `lead_length`: length of the vehicle ahead [m]; `lead_start`: where it begins on the grade table [m].
+/// - `lead_length`: length of the vehicle ahead [m]; `lead_start`: its start on the grade table [m].
 ///
-/// Raises `Error` with line, what was expected and what was found where the file is faulty.
+/// Raises `Error` with the line, the expected and the found value if the file is faulty.
 #[pyfunction]
 #[pyo3(signature = (path, follower=None, *, name=None, **options))]
 pub fn read(
@@ -175,7 +175,7 @@ impl Drive {
         Drive::warned(py, origin, follower, name, options)
     }
 
-    /// `FILE follower N`, with trajectory id and segment where there are several.
+    /// `FILE follower N`, with trajectory id and segment if there are several.
     #[getter]
     fn label(&self) -> &str {
         self.inner.label()
@@ -229,13 +229,13 @@ impl Drive {
         PyArray1::from_slice(py, self.inner.lead_position())
     }
 
-    /// What was done to the data, a line each.
+    /// Changes to the data, one line each.
     #[getter]
     fn preparation(&self) -> Vec<String> {
         self.inner.preparation().iter().map(|text| in_keywords(text)).collect()
     }
 
-    /// What is doubtful in the data, a line each.
+    /// Doubtful values of the data, one line each.
     #[getter]
     fn warnings(&self) -> Vec<String> {
         self.inner.warnings().iter().map(|text| in_keywords(text)).collect()
@@ -326,7 +326,7 @@ pub fn again(
     Drive::read(py, origin, follower, options)
 }
 
-/// What is doubtful, as warnings in the words of Python.
+/// Doubtful values, as Python warnings.
 pub fn warn(py: Python<'_>, texts: &[String]) -> PyResult<()> {
     if texts.is_empty() {
         return Ok(());

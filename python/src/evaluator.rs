@@ -9,10 +9,10 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Between two looks at Ctrl-C so many candidates are computed that it takes about this long.
+/// Number of candidates between two checks for Ctrl-C, so that they take about this long.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// Candidates of the first part of all, and how many times as many the next one may have.
+/// Candidates of the first part, and the largest factor from one part to the next.
 const FIRST: usize = 8;
 const GROWTH: usize = 8;
 
@@ -38,7 +38,7 @@ impl Evaluator {
         read(&mut self.inner.lock().unwrap_or_else(PoisonError::into_inner))
     }
 
-    /// Does the same with parts of the candidates, between which Ctrl-C ends the call. What is found does not depend on the parts.
+    /// Does the same with parts of the candidates, between which Ctrl-C ends the call. The result does not depend on the parts.
     fn in_parts<T: Send>(
         &self,
         x: &PyReadonlyArray2<'_, f64>,
@@ -98,7 +98,7 @@ impl Evaluator {
         self.with(|inner| inner.device())
     }
 
-    /// Scores of the rows of an array, which is read in place where it is contiguous.
+    /// Scores of the rows of an array, which is read in place if it is contiguous.
     fn scores<'py>(&self, x: PyReadonlyArray2<'py, f64>) -> PyResult<Bound<'py, PyArray1<f64>>> {
         let scores = self.in_parts(&x, &self.parts[0], leadlag::Evaluator::scores)?;
         Ok(PyArray1::from_vec(x.py(), scores))

@@ -8,7 +8,7 @@ use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-/// What a diagnosis found; `leadlag.diagnose` makes it.
+/// Result of a diagnosis; `leadlag.diagnose` makes it.
 #[pyclass(module = "leadlag", frozen)]
 pub struct Findings {
     inner: leadlag::Findings,
@@ -16,7 +16,7 @@ pub struct Findings {
     asked: (Py<PyAny>, Vec<(String, String)>),
 }
 
-/// Diagnoses what a model lacks on drives.
+/// Diagnoses which effects a model lacks on drives.
 #[pyfunction]
 #[expect(clippy::too_many_arguments, reason = "each is a keyword argument of the Python function")]
 pub fn diagnose(
@@ -93,7 +93,7 @@ impl Findings {
         self.inner.text()
     }
 
-    /// The model with what is recommended, or else with what was named, as a `leadlag.Model` to calibrate; the model itself where nothing was found.
+    /// The recommended model, otherwise the base with the named causes, as a `leadlag.Model` to calibrate; the base itself if nothing was found.
     fn apply<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyAny>> {
         let (recommended, named) = (self.inner.recommended(), self.inner.causes());
         let causes = if recommended.is_empty() { named } else { recommended };
@@ -101,7 +101,7 @@ impl Findings {
         py.import("leadlag._api")?.call_method1("extended", (model, causes, own.clone()))
     }
 
-    /// Writes what `leadlag diagnose --out` writes.
+    /// Writes the files of `leadlag diagnose --out`.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         let findings = self.inner.clone();
         done(py, move || leadlag::cli::save_findings(&findings, &folder))

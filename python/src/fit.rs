@@ -1,4 +1,4 @@
-//! What a calibration found.
+//! Result of a calibration.
 
 use crate::drive::{Drive, warn};
 use crate::raised;
@@ -8,9 +8,9 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use std::path::PathBuf;
 
-/// Calibrated parameters with what is known of them; `leadlag.calibrate` finds one.
+/// Calibrated parameters, with intervals and correlations; `leadlag.calibrate` makes it.
 ///
-/// `Fit(json, drives)` makes one again of the text of a `result.json` and the drives that it is of, which may be none.
+/// `Fit(json, drives)` makes a fit from the text of a `result.json` and its drives, which may be none.
 #[pyclass(module = "leadlag", frozen)]
 pub struct Fit {
     inner: leadlag::Fit,
@@ -25,12 +25,12 @@ impl Fit {
     }
 }
 
-/// What Python makes of the result file.
+/// Python objects from the result file.
 fn of_result<'py>(fit: &Bound<'py, Fit>, function: &str) -> PyResult<Bound<'py, PyAny>> {
     fit.py().import("leadlag._fit")?.call_method1(function, (fit,))
 }
 
-/// What pickles: a constructor, and what it is called with.
+/// For pickle: a constructor and its arguments.
 type Reduced = (Py<PyAny>, (String, Vec<Py<Drive>>));
 
 #[pymethods]
@@ -55,7 +55,7 @@ impl Fit {
         self.inner.model()
     }
 
-    /// What was minimised, by the f64 reference.
+    /// The minimised measure, by the f64 reference.
     #[getter]
     fn score(&self) -> f64 {
         self.inner.score()
@@ -110,7 +110,7 @@ impl Fit {
     }
 
     /// Covariances of the parameters as a pandas DataFrame: the correlations times standard errors, which are the widths of the 95 % intervals over
-    /// 3.92. NaN for what the data do not determine; None where there are no correlations.
+    /// 3.92. NaN for parameters that the data do not determine; None without correlations.
     #[getter]
     fn covariance<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         of_result(slf, "covariance")
@@ -118,12 +118,12 @@ impl Fit {
 
     /// A pandas DataFrame with a row per parameter: value, unit, ends of the 95 % interval, whether it is at a bound, and whether the data determine it.
     ///
-    /// `determined` is None for what was fixed, and where intervals were not asked for.
+    /// `determined` is None for fixed parameters, and without intervals.
     fn summary<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         of_result(slf, "summary")
     }
 
-    /// What `to_json` has, as a dict.
+    /// Content of `to_json`, as a dict.
     fn to_dict<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         of_result(slf, "to_dict")
     }
@@ -152,7 +152,7 @@ impl Fit {
         self.simulate(drive, reading)
     }
 
-    /// Writes what `leadlag calibrate --out` writes, but for the time that it took.
+    /// Writes the files of `leadlag calibrate --out` without the time.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         let (fit, drives) = (self.inner.clone(), self.drives.clone());
         done(py, move || leadlag::cli::save(&fit, &drives.iter().collect::<Vec<_>>(), &folder))

@@ -1,5 +1,5 @@
-//! The extension module `leadlag._native`: the facade of the library as Python classes. What is Python's own, such as data frames and pictures,
-//! is in the Python files beside it.
+//! The extension module `leadlag._native`: the API of the library as Python classes. Features of Python, such as data frames and pictures,
+//! are in the Python files beside it.
 
 mod drive;
 mod evaluator;
@@ -15,13 +15,8 @@ use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use std::path::PathBuf;
 
-create_exception!(
-    leadlag,
-    Error,
-    PyException,
-    "What could not be done: where, what was expected, what was found, what to do."
-);
-create_exception!(leadlag, UsageError, Error, "Something was asked for that cannot be, whatever the data.");
+create_exception!(leadlag, Error, PyException, "A failure: place, expected value, found value, remedy.");
+create_exception!(leadlag, UsageError, Error, "An invalid request, whatever the data.");
 
 /// An error of the library as a Python exception of the same text.
 fn raised(error: leadlag::Error) -> PyErr {
@@ -51,7 +46,7 @@ const VALUES: [&str; 13] = [
 ];
 
 /// A message of the command line in the words of Python: `--max-gap` is `max_gap`, and `--gof nrmse-s` is `gof="nrmse-s"`. A command in backticks
-/// stays what it is.
+/// stays unchanged.
 fn in_keywords(text: &str) -> String {
     let mut told = String::with_capacity(text.len());
     for (k, part) in text.split('`').enumerate() {

@@ -18,9 +18,9 @@ use std::path::PathBuf;
 #[derive(Clone)]
 pub struct Calibration {
     pub inner: leadlag::Calibration,
-    /// Simulations of all replicates at most, for the share that is done.
+    /// Largest number of simulations of all replicates, to compute the progress.
     most: u64,
-    /// What is to compute, where that was said.
+    /// The requested evaluator, if any.
     device: Option<String>,
 }
 
@@ -35,7 +35,7 @@ impl Calibration {
             Some("lanes" | "reference") => Ok(self.inner.clone()),
             _ if !GPU.is_elsewhere() => Ok(self.inner.clone()),
             Some("gpu") => {
-                let message = "device gpu: a process that was forked cannot use the GPU of its parent; start it by \
+                let message = "device gpu: a forked process cannot use the GPU of its parent; start it by \
                                multiprocessing.get_context(\"spawn\"), or take device \"lanes\"";
                 Err(UsageError::new_err(message))
             }
@@ -92,7 +92,7 @@ impl Calibration {
         self.with(self.inner.clone().fix(parameter, value))
     }
 
-    /// What is minimised, convention, optimiser, evaluator and precision, each None for the default.
+    /// Measure, convention, optimiser, evaluator and precision, each None for the default.
     fn words(
         &self,
         gof: Option<&str>,
@@ -137,7 +137,7 @@ impl Calibration {
         self.inner.model()
     }
 
-    /// What is doubtful about it on these drives.
+    /// Warnings about it on these drives.
     fn warnings(&self, drives: Vec<Py<Drive>>) -> PyResult<Vec<String>> {
         let drives: Vec<&leadlag::Drive> = drives.iter().map(|drive| &drive.get().inner).collect();
         let said = self.inner.warnings(&drives).map_err(raised)?;

@@ -32,7 +32,7 @@ pub enum Setting {
     Text(String),
 }
 
-/// The options of reading, by their names; those that are None are left out, and paths are texts.
+/// The options of reading, by their names; None values are left out, and paths are texts.
 pub fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String, Setting)>> {
     let mut options = Vec::new();
     for (name, value) in given.into_iter().flatten() {
@@ -112,7 +112,7 @@ pub fn reading(options: &[(String, Setting)]) -> PyResult<leadlag::Reading> {
             "lead_start" => reading.lead_start_m = Some(number()?),
             _ => {
                 let known = OPTIONS.join(", ");
-                return Err(UsageError::new_err(format!("no option of reading is called {name}: expected {known}")));
+                return Err(UsageError::new_err(format!("unknown option {name} of reading: expected {known}")));
             }
         }
     }

@@ -1,11 +1,11 @@
-//! Threads that a process really has. A fork takes none of its parent's along: whoever waits for the work of rayon's global pool, or of a GPU's
-//! driver, then waits for ever. Pools of processes fork by default on Linux up to Python 3.13.
+//! Threads of this process. A forked process has none of its parent's threads, so waiting for the work of rayon's global pool or of a GPU's
+//! driver never ends. Pools of processes fork by default on Linux up to Python 3.13.
 
 use rayon::{ThreadPool, ThreadPoolBuilder};
 use std::sync::atomic::{AtomicU32, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// The process that something belongs to: the first that uses it. 0 before.
+/// The process of an object: the first that uses it. 0 before.
 pub struct Home(AtomicU32);
 
 /// Home of the threads of rayon's global pool.
@@ -15,7 +15,7 @@ pub static POOL: Home = Home(AtomicU32::new(0));
 pub static GPU: Home = Home(AtomicU32::new(0));
 
 impl Home {
-    /// True in a process that was forked from the one that it belongs to; without one it belongs to this process from now on.
+    /// True in a process that was forked from the owner; without an owner this process becomes it.
     pub fn is_elsewhere(&self) -> bool {
         let process = std::process::id();
         match self.0.compare_exchange(0, process, Ordering::Relaxed, Ordering::Relaxed) {

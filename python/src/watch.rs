@@ -1,4 +1,4 @@
-//! Work in a thread of its own, without Python's lock, while the calling thread listens to Ctrl-C and tells how far it is.
+//! Work in a separate thread, without Python's lock, while the calling thread checks for Ctrl-C and reports progress.
 
 use crate::raised;
 use crate::threads::with_threads;
@@ -13,19 +13,19 @@ use std::time::{Duration, Instant};
 /// Between two looks: short enough that Ctrl-C seems to act at once.
 const LOOK: Duration = Duration::from_millis(100);
 
-/// Work that has nothing to give back before it ends is left alone this long after Ctrl-C; it then ends by itself, and nobody waits for it.
+/// Work without partial results is abandoned this long after Ctrl-C; its thread then ends on its own.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// What the work tells, and what it is told.
+/// Progress that the work reports, and the request to stop.
 #[derive(Default)]
 pub struct Watch {
     stop: AtomicBool,
-    /// Share that is done, and what is being done.
+    /// Share of finished work, and the current step.
     told: Mutex<Option<(f64, String)>>,
 }
 
 impl Watch {
-    /// Tells how far the work is.
+    /// Reports progress.
     pub fn tell(&self, done: f64, what: impl FnOnce() -> String) {
         if let Ok(mut told) = self.told.lock() {
             *told = Some((done, what()));
@@ -38,17 +38,17 @@ impl Watch {
     }
 }
 
-/// What becomes of work on Ctrl-C.
+/// Treatment of work on Ctrl-C.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum OnCtrlC {
-    /// What it found so far is waited for; a second Ctrl-C ends that.
+    /// Wait for the partial result; a second Ctrl-C ends that.
     Keep,
     /// There is nothing to keep.
     Leave,
 }
 
-/// Does the work. `progress` is called with the share that is done and a text, some times a second. Ctrl-C, or an exception of `progress`, stops the
-/// work; what it found so far comes back with the exception.
+/// Does the work. `progress` is called with the finished share and a text, some times a second. Ctrl-C, or an exception of `progress`, stops the
+/// work; its result so far comes back with the exception.
 pub fn watched<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,
@@ -60,7 +60,7 @@ pub fn watched<T: Send + 'static>(
     let own = Arc::clone(&watch);
     let work = move || {
         let done = with_threads(|| work(&own));
-        // Whoever waits may have given up.
+        // The waiting thread may have given up.
         let _ = sender.send(());
         done
     };
@@ -71,13 +71,13 @@ pub fn watched<T: Send + 'static>(
     }
     match (py.detach(|| joined(worker)), exception) {
         (Ok(found), exception) => Ok((found, exception)),
-        // The work ended because it was told to.
+        // The work ended because of a request to stop.
         (Err(_), Some(exception)) => Err(exception),
         (Err(error), None) => Err(raised(error)),
     }
 }
 
-/// Does work that tells nothing before it ends.
+/// Runs work that reports nothing before it ends.
 pub fn done<T: Send + 'static>(
     py: Python<'_>,
     work: impl FnOnce() -> Result<T, leadlag::Error> + Send + 'static,
@@ -86,7 +86,7 @@ pub fn done<T: Send + 'static>(
     interrupted.map_or(Ok(found), Err)
 }
 
-/// Waits for the end of the work; false where it is left alone before, and the exception that stopped it.
+/// Waits for the end of the work; false if it is abandoned before, with the exception that stopped it.
 fn wait(
     receiver: Receiver<()>,
     watch: &Watch,

@@ -148,7 +148,7 @@ def test_a_fleet_of_drives_and_of_a_table(client: Any, folder: Path, tmp_path: P
     tables = [frames.read_csv(path) for path in files]
     drives = [ll.read(files[0]), *(ll.Drive(table, name=f"drive {k}") for k, table in enumerate(tables))]
     same(leadlag.study.fleet(drives, "idm", client, **settings), ll.calibrate_all(drives, "idm", **settings))
-    # One table of many pairs, by a column map of one's own; bounds of a file.
+    # One table of many pairs, by a column map from a file; bounds from a file.
     columns = tmp_path / "own.toml"
     columns.write_text(COLUMNS)
     bounds = tmp_path / "bounds.toml"

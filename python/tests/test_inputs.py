@@ -152,7 +152,7 @@ def test_a_fixed_value_lies_within_its_bounds(drive: ll.Drive) -> None:
     with pytest.raises(ll.UsageError, match="v_0"):
         ll.Evaluator(drive, "idm", bounds=["human", {"v_0": (25, 40)}], fix={"v_0": 50})
     assert ll.calibrate(drive, "idm", bounds={"v_0": (25, 40)}, fix={"v_0": 30}, **FEW).parameters["v_0"] == 30
-    # A set of bounds is where a search begins; what is fixed may lie outside.
+    # A set of bounds is the range of a search; fixed values may lie outside.
     assert ll.calibrate(drive, "idm", bounds="human", fix={"delta": 4}, **FEW).parameters["delta"] == 4
 
 

@@ -14,13 +14,13 @@ ROOT = Path(__file__).resolve().parents[1]
 EXAMPLES = sorted((ROOT / "examples").glob("*.ipynb"))
 PAGE = ROOT.parent / "docs" / "PYTHON.md"
 
-#: What a notebook needs beside pandas and matplotlib.
+#: Packages of a notebook beside pandas and matplotlib.
 NEEDS = {"your_optimiser": ("numba", "scipy", "pymoo", "optuna", "cmaes")}
 
 
 @pytest.fixture
 def command(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The command `leadlag` of this package, and no message of the graphics driver where there is no desktop session."""
+    """The command `leadlag` of this package, and no message of the graphics driver without a desktop session."""
     monkeypatch.setenv("PATH", f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}")
     monkeypatch.setenv("NODEVICE_SELECT", "1")
     monkeypatch.setenv("MPLBACKEND", "Agg")
@@ -43,7 +43,7 @@ def test_a_notebook_runs(path: Path, command: None, tmp_path: Path, monkeypatch:
     nbclient.NotebookClient(
         book, timeout=600, kernel_name="python3", resources={"metadata": {"path": str(tmp_path)}}
     ).execute()
-    # No warning is left in what readers see. That of tqdm without ipywidgets is the environment's.
+    # The visible output has no warning. That of tqdm without ipywidgets depends on the environment.
     texts = [output.get("text", "") for cell in book.cells for output in cell.get("outputs", [])]
     told = [text for text in texts if "Warning" in text and "IProgress" not in text]
     assert not told

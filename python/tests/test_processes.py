@@ -18,7 +18,7 @@ import pytest
 
 import leadlag as ll
 
-#: A pool that forks while its parent has threads; what hangs is ended by the limit of the process.
+#: A pool that forks while its parent has threads; the limit of the process ends a hanging one.
 POOL = """
 import multiprocessing
 from concurrent.futures import ProcessPoolExecutor
@@ -84,7 +84,7 @@ def test_a_forked_process_is_told_that_it_has_no_gpu(pair: Path) -> None:
 
 
 def seconds_after_ctrl_c(call: Callable[[], Any], after: float = 0.4) -> float:
-    """How long a call goes on after Ctrl-C."""
+    """How long a call continues after Ctrl-C."""
     pressed: list[float] = []
 
     def press() -> None:
@@ -96,7 +96,7 @@ def seconds_after_ctrl_c(call: Callable[[], Any], after: float = 0.4) -> float:
     try:
         with pytest.raises(KeyboardInterrupt):
             call()
-            # What ends before is too short to say anything.
+            # A process that ends before is too short to show anything.
             assert pressed, "the call ended before Ctrl-C"
             time.sleep(1)
     finally:
@@ -116,7 +116,7 @@ def test_ctrl_c_ends_an_evaluator(long: ll.Drive, device: str) -> None:
     many = np.tile((evaluator.lower + evaluator.upper) / 2, (200_000, 1))
     assert seconds_after_ctrl_c(lambda: evaluator(many)) < 1
     assert seconds_after_ctrl_c(lambda: evaluator.simulate(many)) < 1
-    # It goes on as if nothing had been.
+    # It continues as if nothing had happened.
     assert np.isfinite(evaluator(many[:3])).all()
 
 

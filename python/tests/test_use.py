@@ -190,7 +190,7 @@ def test_threads_work_side_by_side(drive: ll.Drive) -> None:
 
 
 def test_extensions_by_name_and_text(drive: ll.Drive) -> None:
-    text = """//! The car brakes less than it is told to.
+    text = """//! The car brakes less than commanded.
 struct Parameters {
     /// share of the braking that is lost [-], 0 to 0.9, neutral 0
     lost: f32,
@@ -216,7 +216,7 @@ def test_errors_say_what_to_do(drive: ll.Drive, tmp_path: Path) -> None:
         ll.Drive({"time_s": [0.0, 0.1], "lead_speed_mps": [1.0, 1.0], "speed_mps": [1.0, 1.0]})
     with pytest.raises(ll.Error, match="no.csv"):
         ll.read(tmp_path / "no.csv")
-    with pytest.raises(ll.UsageError, match="no option"):
+    with pytest.raises(ll.UsageError, match="unknown option"):
         ll.read(tmp_path / "no.csv", folower=2)
     with pytest.raises(ll.UsageError, match=r"shape \(n, 6\)"):
         ll.Evaluator(drive, "idm")(np.zeros((3, 5)))

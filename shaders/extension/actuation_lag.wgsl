@@ -4,7 +4,7 @@
 //! family: phase
 //! looks like: residuals that follow the changes of the command, late and smoothed
 //! confounded with: perception_delay, asym_lag, sensor_lowpass
-//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts what follows, a lag or
+//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts the response, a lag or
 //! filter rounds it
 //! reference: He, Montanino, Mattas, Punzo, Ciuffo, Eq. 10
 struct Parameters {
@@ -23,8 +23,8 @@ struct Lagged {
 }
 
 fn actuation_lag_command(own: Parameters, state: State, w: World, a_cmd: f32) -> Lagged {
-    // Trapezoidal rule; the step is driven with the mean of both ends. What rises steadily comes through ta late exactly, and at ta = 0
-    // at once.
+    // Trapezoidal rule: the step uses the mean of both ends. A steadily rising signal comes out exactly ta late, and without delay at
+    // ta = 0.
     let rise = a_cmd - state.a;
     let half = 0.5 * w.dt / (own.ta + 0.5 * w.dt);
     return Lagged(state.a + half * rise, State(state.a + 2.0 * half * rise));

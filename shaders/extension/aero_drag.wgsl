@@ -1,5 +1,5 @@
-//! Deceleration cD v^2 that the controller does not make up for.
-//! in short: air drag or head wind is not made up for
+//! Deceleration cD v^2 that the controller does not compensate.
+//! in short: air drag or head wind is not compensated
 //! equation: a = a - cD v^2
 //! family: drag_or_headway
 //! looks like: missing acceleration that grows with the square of the speed

@@ -4,7 +4,7 @@
 //! family: phase
 //! looks like: residuals that follow the changes of the command, late, and more so on one side of zero
 //! confounded with: actuation_lag
-//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts what follows, a lag or
+//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts the response, a lag or
 //! filter rounds it
 struct Parameters {
     /// time constant where the command is not below 0 [s], 0 to 4, neutral 0

@@ -1,5 +1,5 @@
-//! A constant deceleration while the car moves, which the controller does not make up for: rolling resistance.
-//! in short: a constant resistance is not made up for
+//! A constant deceleration while the car moves, which the controller does not compensate: rolling resistance.
+//! in short: a constant resistance is not compensated
 //! equation: a = a - c0
 //! looks like: missing acceleration of one size at all speeds
 //! confounded with: d_0

@@ -5,7 +5,7 @@
 //! confounded with: dead_zone, jerk_limit
 //! search: limit
 //! scale: ratio
-//! experiment: a leader that drives off fast and brakes hard, once begun at once and once gently, from low and from high speed: a limit of the
+//! experiment: a leader that drives off fast and brakes hard, both abruptly and gently, from low and from high speed: a limit of the
 //! power falls with the speed, one of the jerk acts at the beginning only
 struct Parameters {
     /// largest deceleration that is commanded [m/s2], 0.3 to 6, neutral 6

@@ -4,8 +4,8 @@
 //! family: absorbed
 //! looks like: nothing that a calibration leaves, unless a limit or the grade acts too
 //! confounded with: a_max, k_s, k_v
-//! experiment: an independent measurement of gap and speeds (satellite positions of both cars, a tape at standstill): what a sensor reads
-//! wrongly shows there, and only there
+//! experiment: an independent measurement of gap and speeds (satellite positions of both cars, a tape at standstill): an error of a sensor
+//! shows there, and only there
 struct Parameters {
     /// relative change of the gain [-], -0.5 to 0.6, neutral 0
     m: f32,

@@ -1,8 +1,8 @@
-//! The controller does not make up for this share of the grade force.
-//! in short: this share of the slope is not made up for
+//! The controller does not compensate this share of the grade force.
+//! in short: this share of the slope is not compensated
 //! equation: a = a - gg g sin(theta(x))
 //! looks like: missing acceleration that repeats with the road, against the grade
-//! experiment: the same road in the other direction: what the slope does changes its sign
+//! experiment: the same road in the other direction: the effect of the slope changes its sign
 struct Parameters {
     /// share of the grade force that acts on the car [-], -0.3 to 1.3, neutral 0
     gg: f32,

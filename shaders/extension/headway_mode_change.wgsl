@@ -3,7 +3,7 @@
 //! equation: t_h = (1 + r) t_h from t0 on
 //! looks like: spacing errors of one sign from a certain time on
 //! confounded with: integral_action
-//! experiment: the same drive once more without touching the settings: what was an event does not come again
+//! experiment: the same drive again without touching the settings: a change of settings does not recur
 struct Parameters {
     /// relative change of the time headway [-], -0.6 to 1.5, neutral 0
     r: f32,
@@ -11,7 +11,7 @@ struct Parameters {
     t0: f32,
 }
 
-// How long the change takes [s].
+// Duration of the change [s].
 const RAMP: f32 = 4.0;
 
 fn headway_mode_change_policy(p: Params, own: Parameters, w: World) -> Params {

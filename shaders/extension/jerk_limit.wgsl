@@ -5,7 +5,7 @@
 //! confounded with: actuation_lag, integral_action, quantised_accel
 //! search: limit
 //! scale: ratio
-//! experiment: a leader that drives off fast and brakes hard, once begun at once and once gently, from low and from high speed: a limit of the
+//! experiment: a leader that drives off fast and brakes hard, both abruptly and gently, from low and from high speed: a limit of the
 //! power falls with the speed, one of the jerk acts at the beginning only
 struct Parameters {
     /// largest change of the command [m/s3], 0.1 to 8, neutral 8

@@ -1,4 +1,4 @@
-//! The law reads everything a little ahead: stands for the integration step of the real car, which is finer than ours.
+//! The law reads all signals slightly ahead of time, to represent the finer integration step of the real car.
 //! tool: nuisance parameter of a diagnosis
 struct Parameters {
     /// how far ahead the law reads [s], 0 to 0.05, neutral 0

@@ -1,5 +1,5 @@
 //! Adds As sin(2 pi f t) + Ac cos(2 pi f t) to the command.
-//! in short: something swings by itself
+//! in short: the command oscillates without a cause outside the car
 //! equation: a = a + As sin + Ac cos (2 pi f t)
 //! looks like: a line in the spectrum of the residuals
 struct Parameters {

@@ -1,11 +1,11 @@
 //! The command is at most P / v.
 //! in short: the engine's power ends
 //! equation: a_cmd <= P / v
-//! looks like: too little acceleration where much is wanted, the more so the faster
+//! looks like: too little acceleration at high demand, growing with the speed
 //! confounded with: accel_cap
 //! search: limit
 //! scale: ratio
-//! experiment: a leader that drives off fast and brakes hard, once begun at once and once gently, from low and from high speed: a limit of the
+//! experiment: a leader that drives off fast and brakes hard, both abruptly and gently, from low and from high speed: a limit of the
 //! power falls with the speed, one of the jerk acts at the beginning only
 //! reference: Makridis, Fontaras, Ciuffo, Mattas 2019, Transp. Res. Rec. 2673(4), 762-777 (MFC)
 struct Parameters {

@@ -18,13 +18,13 @@ struct Quantised {
     state: State,
 }
 
-// By how much a command falls with the own speed [1/s], halved: laws have 0.6 to 4.
+// Decrease of a command with the own speed [1/s], halved: laws have 0.6 to 4.
 const FALL: f32 = 0.8;
 
 fn quantised_accel_command(own: Parameters, state: State, w: World, a_cmd: f32) -> Quantised {
-    // Between two steps a car goes to and fro in time steps finer than ours, for every step up lets the command fall. On average it
-    // keeps the command between the two. So what is rounded is the command less what the answer itself takes from it until the
-    // middle of the time step; solved for the answer, that are steps with a slope from one to the next.
+    // Between two steps a car switches back and forth in time steps finer than ours, because every step up lowers the command. On average it
+    // keeps the command between the two. So the rounded value is the command less the effect of the response itself until the
+    // middle of the time step. Solved for the response, this gives steps joined by slopes.
     let step = max(own.qz, 0.000001);
     let slope = FALL * w.dt;
     let x = opaque(opaque(a_cmd + opaque(slope * state.a)) / step + 0.5);

@@ -4,8 +4,8 @@
 //! family: absorbed
 //! looks like: nothing that a calibration leaves
 //! confounded with: d_0
-//! experiment: an independent measurement of gap and speeds (satellite positions of both cars, a tape at standstill): what a sensor reads
-//! wrongly shows there, and only there
+//! experiment: an independent measurement of gap and speeds (satellite positions of both cars, a tape at standstill): an error of a sensor
+//! shows there, and only there
 struct Parameters {
     /// error of the seen spacing [m], -5 to 5, neutral 0
     b: f32,

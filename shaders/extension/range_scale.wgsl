@@ -4,8 +4,8 @@
 //! family: absorbed
 //! looks like: nothing that a calibration leaves
 //! confounded with: d_0, t_h, k_s
-//! experiment: an independent measurement of gap and speeds (satellite positions of both cars, a tape at standstill): what a sensor reads
-//! wrongly shows there, and only there
+//! experiment: an independent measurement of gap and speeds (satellite positions of both cars, a tape at standstill): an error of a sensor
+//! shows there, and only there
 struct Parameters {
     /// relative error of the seen spacing [-], -0.2 to 0.2, neutral 0
     cs: f32,

@@ -4,7 +4,7 @@
 //! family: phase
 //! looks like: residuals that follow the changes of the speed ahead, late and smoothed
 //! confounded with: actuation_lag, perception_delay, time_offset
-//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts what follows, a lag or
+//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts the response, a lag or
 //! filter rounds it
 struct Parameters {
     /// time constant of the filter [s], 0 to 2.5, neutral 0
@@ -24,7 +24,7 @@ struct Filtered {
 }
 
 fn sensor_lowpass_perception(own: Parameters, state: State, w: World, x: Perceived) -> Filtered {
-    // As in actuation_lag.wgsl; what is perceived is the mean of both ends of the step.
+    // As in actuation_lag.wgsl; the perceived value is the mean of both ends of the step.
     let half = 0.5 * w.dt / (own.tf + 0.5 * w.dt);
     // Opaque, or Mesa takes the terms in another order.
     let gap_rise = opaque(half * opaque(x.s - state.gap));

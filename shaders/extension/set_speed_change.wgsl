@@ -4,7 +4,7 @@
 //! looks like: one stretch in which the car stays behind although the road ahead is free
 //! confounded with: accel_cap, power_cap
 //! scale: ratio
-//! experiment: the same drive once more without touching the settings: what was an event does not come again
+//! experiment: the same drive again without touching the settings: a change of settings does not recur
 struct Parameters {
     /// set speed meanwhile [m/s], 1 to 60, neutral 60
     vlim: f32,

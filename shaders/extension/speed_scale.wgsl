@@ -4,10 +4,10 @@
 //! family: absorbed
 //! looks like: nothing that a calibration leaves
 //! confounded with: t_h
-//! experiment: an independent measurement of gap and speeds (satellite positions of both cars, a tape at standstill): what a sensor reads
-//! wrongly shows there, and only there
+//! experiment: an independent measurement of gap and speeds (satellite positions of both cars, a tape at standstill): an error of a sensor
+//! shows there, and only there
 struct Parameters {
-    /// relative error of the own seen speed [-], -0.15 to 0.15, neutral 0
+    /// relative error of the perceived own speed [-], -0.15 to 0.15, neutral 0
     cv: f32,
 }
 

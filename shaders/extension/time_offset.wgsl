@@ -5,7 +5,7 @@
 //! looks like: residuals in proportion to the acceleration of the preceding vehicle
 //! confounded with: perception_delay, sensor_lowpass, leader_accel_ff
 //! sign: positive
-//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts what follows, a lag or
+//! experiment: a leader that brakes and accelerates at once and hard, under sensors with little noise: a delay shifts the response, a lag or
 //! filter rounds it
 //! loop: look back by to
 struct Parameters {

@@ -67,7 +67,7 @@ fn acc_kesting_law(own: Parameters, w: World, x: Perceived) -> f32 {
     return select(eased, a_iidm, a_iidm >= a_cah);
 }
 
-// That of the IIDM, for a_CAH is 0 there.
+// That of the IIDM, because a_CAH is 0 there.
 fn acc_kesting_equilibrium(own: Parameters, v: f32) -> f32 {
     return own.d_0 + own.t_h * v;
 }

@@ -20,7 +20,7 @@ struct Commanded {
     state: State,
 }
 
-// What Xiao et al. (2018) add to the desired gap at low speed [m]: 75 / v - 5, but 0 to 2 m; as SUMO 1.28 has it, without a jump at
+// Addition of Xiao et al. (2018) to the desired gap at low speed [m]: 75 / v - 5, limited to 0 to 2 m; as in SUMO 1.28, without a jump at
 // 10.8 m/s.
 fn margin(v: f32) -> f32 {
     return clamp(75.0 / max(v, 1.0) - 5.0, 0.0, 2.0);

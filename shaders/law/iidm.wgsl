@@ -38,7 +38,7 @@ fn iidm_law(own: Parameters, x: Perceived) -> f32 {
     return select(faster, slower, x.v_f <= own.v_0);
 }
 
-// z = 1; above v_0 there is none, and this is where the braking grows.
+// z = 1; above v_0 there is no equilibrium, and the braking grows from here.
 fn iidm_equilibrium(own: Parameters, v: f32) -> f32 {
     return own.d_0 + own.t_h * v;
 }

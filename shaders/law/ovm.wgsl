@@ -17,12 +17,12 @@ fn optimal_speed(own: Parameters, s: f32) -> f32 {
     return own.v_0 * (1.0 - exponential(-away)) / (1.0 + exponential(2.0 * own.beta - away));
 }
 
-// Bando et al.: the sensitivity times what the speed lacks.
+// Bando et al.: the sensitivity times the deficit of the speed.
 fn ovm_law(own: Parameters, x: Perceived) -> f32 {
     return own.kappa * (optimal_speed(own, x.s) - x.v_f);
 }
 
-// V(s) = v solved for s; near v_0, where there is none, that of 0.999 v_0.
+// V(s) = v solved for s; near v_0, without a solution, that of 0.999 v_0.
 fn ovm_equilibrium(own: Parameters, v: f32) -> f32 {
     let share = clamp(v / own.v_0, 0.0, 0.999);
     return 0.5 * own.ds * logarithm((1.0 + share * exponential(2.0 * own.beta)) / (1.0 - share));

@@ -1,19 +1,19 @@
 //! Wiedemann 99 as in SUMO's W99, each random number at its mean: 0 in the threshold, 0.5 m/s2 in the free acceleration.
 //! CC0 is d_0, which is all of the shortest spacing behind a vehicle that stands. As SUMO does afterwards: at most cc8, the present own
-//! speed at most v_0 after the step, and, as the last word, at least -9 m/s2. Own acceleration as it is, speeds and spacing as perceived.
+//! speed at most v_0 after the step, and, applied last, at least -9 m/s2. Own acceleration undelayed, speeds and spacing as perceived.
 //! reference: Wiedemann, Reiter (1992); SUMO 1.28, W99
 struct Parameters {
     v_0: f32,
     d_0: f32,
     /// time headway of the shortest spacing [s], 0.1 to 3
     cc1: f32,
-    /// by how much the spacing varies in following [m], 0 to 20
+    /// variation of the spacing in following [m], 0 to 20
     cc2: f32,
-    /// how much further away braking begins per speed difference [s], -30 to 0
+    /// additional distance of the begin of braking per speed difference [s], -30 to 0
     cc3: f32,
-    /// speed difference in following, where it is negative [m/s], -3 to 0
+    /// negative speed difference in following [m/s], -3 to 0
     cc4: f32,
-    /// speed difference in following, where it is positive [m/s], 0 to 3
+    /// positive speed difference in following [m/s], 0 to 3
     cc5: f32,
     /// growth of both with the squared spacing, in 1/10000 [1/(m s)], 0 to 30
     cc6: f32,
@@ -36,7 +36,7 @@ fn too_close(own: Parameters, w: World, x: Perceived, dv: f32, opening: f32) -> 
     let wanted = select(0.0, min(select(inside, outside, x.s > own.d_0), 0.0), dv < 0.0);
     let bounded = max(wanted, 0.5 * sqrt(max(x.v_f, 0.0)) - 10.0);
     let braking = select(bounded, -own.cc7, wanted > -own.cc7);
-    // Behind a vehicle that stands it does nothing.
+    // No effect behind a vehicle that stands.
     return select(0.0, braking, x.v_l > 0.0);
 }
 
@@ -66,7 +66,7 @@ fn w99_law(own: Parameters, w: World, x: Perceived, v_f: f32) -> f32 {
     return max(min(min(a, own.cc8), (own.v_0 - v_f) / w.dt), -EMERGENCY);
 }
 
-// There is no rest: nearer than the end of following the car brakes by cc7, farther it accelerates. From v_0 on that of v_0.
+// There is no state of rest: nearer than the end of following the car brakes by cc7, farther it accelerates. From v_0 on that of v_0.
 fn w99_equilibrium(own: Parameters, v: f32) -> f32 {
     return own.d_0 + own.cc1 * min(v, own.v_0) + own.cc2;
 }

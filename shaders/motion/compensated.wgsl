@@ -1,4 +1,4 @@
-// The simulated state: spacing [m], speed [m/s], acceleration [m/s2]. Spacing and speed carry what f32 rounds away in a
+// The simulated state: spacing [m], speed [m/s], acceleration [m/s2]. Spacing and speed carry the rounding error of f32 in a
 // second word each, so that rounding errors do not add up over ten thousand steps.
 struct Motion {
     s: f32,

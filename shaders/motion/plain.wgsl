@@ -1,5 +1,5 @@
 // The simulated state: spacing [m], speed [m/s], acceleration [m/s2]. The spacing is a state of its own, and never the
-// difference of two positions kilometres away, which f32 could not tell apart.
+// difference of two positions kilometres away, which f32 could not distinguish.
 struct Motion {
     s: f32,
     v_f: f32,

@@ -1,4 +1,4 @@
-//! Bounds of parameters by the name of a set or from files: what cannot be is told with file and line.
+//! Bounds of parameters, by the name of a set or from files; an error names file and line.
 
 use super::error::Usage;
 use crate::calibrate::{self, BoundSet, BoundsError, Overrides, checked};
@@ -8,7 +8,7 @@ use crate::text::spelling::did_you_mean;
 use crate::vehicle::Vehicle;
 use std::path::Path;
 
-/// The bounds of sets and files for the parameters of a variant; what comes later replaces what came before.
+/// The bounds of sets and files for the parameters of a variant; later ones replace earlier ones.
 pub fn read_bounds(given: &[String], variant: &Variant) -> anyhow::Result<Overrides> {
     let mut bounds = Overrides::new();
     for given in given {
@@ -20,7 +20,7 @@ pub fn read_bounds(given: &[String], variant: &Variant) -> anyhow::Result<Overri
     Ok(bounds)
 }
 
-/// Bounds of single parameters that a model may be given: `known` are its parameters, and whatever else may be bounded.
+/// Bounds of single parameters for a model: `known` are its parameters and others that may be bounded.
 pub fn checked_single(single: &Overrides, variant: &Variant, known: &[Symbol]) -> anyhow::Result<Overrides> {
     let one = |(name, ends): (&String, &[f64; 2])| match known.iter().find(|symbol| symbol.name() == name) {
         Some(symbol) => Ok((name.clone(), checked(*symbol, *ends)?)),
@@ -29,18 +29,18 @@ pub fn checked_single(single: &Overrides, variant: &Variant, known: &[Symbol]) -
     single.iter().map(one).collect()
 }
 
-/// That a variant has no such parameter.
+/// Error for a parameter that the variant lacks.
 pub fn unknown(what: &str, name: &str, variant: &Variant, known: &[Symbol]) -> Usage {
     let known: Vec<&str> = known.iter().map(|symbol| symbol.name()).collect();
     let near = did_you_mean(name, known.iter().copied());
     Usage(format!("{what}: variant {variant} has the parameters {}{near}", known.join(", ")))
 }
 
-/// Where bounds are from and why, in words, for the followers of these names and who drives them, where that is known.
+/// Source of the bounds and its reason, in words, for followers of these names and their driver, if known.
 pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str, Option<&'a str>)>) -> String {
     let told = |given: &String| match given.parse::<BoundSet>() {
         Ok(set) => format!("{}: {}", set.into_str(), set.source()),
-        Err(_) => format!("{given}, for what it names"),
+        Err(_) => format!("{given}, because of what it names"),
     };
     let acc = format!("{}: {}", BoundSet::Acc.into_str(), BoundSet::Acc.source());
     if !given.is_empty() {
@@ -57,13 +57,15 @@ pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str
         None if followers.iter().any(|(_, driver)| driver.is_some_and(is_human)) => {
             format!("{acc}, although the file says that a human drives; --bounds human is for human drivers")
         }
-        None if followers.iter().any(|(_, driver)| driver.is_some()) => format!("{acc}, for the file says who drives"),
-        None => format!("{acc}, for the follower is known as a car with adaptive cruise control"),
+        None if followers.iter().any(|(_, driver)| driver.is_some()) => {
+            format!("{acc}, because the file names the driver")
+        }
+        None => format!("{acc}, because the follower is a known car with adaptive cruise control"),
         Some(_) => format!("{acc}, because the driver is unknown; use --bounds human for human drivers"),
     }
 }
 
-/// True for what files call a human driver.
+/// True for names that files give a human driver.
 pub fn is_human(driver: &str) -> bool {
     ["human", "manual"].iter().any(|word| driver.eq_ignore_ascii_case(word))
 }
@@ -84,7 +86,7 @@ fn of_file(path: &Path, variant: &Variant) -> anyhow::Result<Overrides> {
     })
 }
 
-/// `FILE:LINE` of an entry; the file alone where it stands in no line of its own.
+/// `FILE:LINE` of an entry; the file alone if the entry has no line of its own.
 fn place(path: &Path, name: &str) -> String {
     let shown = path.display();
     let text = crate::text::bounded::read_to_string(path, crate::text::bounded::TEXT_MAX).unwrap_or_default();

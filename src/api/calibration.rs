@@ -1,4 +1,4 @@
-//! A calibration: a model, what is minimised, bounds, and the search.
+//! A calibration: model, objective, bounds and search.
 
 use super::bounds::{checked_single, origin, read_bounds, unknown};
 use super::drive::Drive;
@@ -46,7 +46,7 @@ pub struct Calibration {
     pub(crate) search: calibrate::Calibration,
     pub(crate) selection: Selection,
     pub(crate) intervals: bool,
-    /// Simulations of a replicate at most, where a number was asked for.
+    /// Largest number of simulations of a replicate, if requested.
     pub(crate) evaluations: Option<u64>,
     pub(crate) warn: fn(&str),
 }
@@ -64,10 +64,10 @@ pub(crate) struct Prepared {
 }
 
 impl Calibration {
-    /// A calibration of a model by name or id: `idm`, `gipps+delay+linear+mfc`, `31`, or by the file of a law of one's own: `my_law.wgsl+delay`.
+    /// A calibration of a model by name or id: `idm`, `gipps+delay+linear+mfc`, `31`, or by the file of your own law: `my_law.wgsl+delay`.
     ///
     /// # Errors
-    /// When there is no such model, or the text of the law is faulty.
+    /// For an unknown model, or a faulty text of a law.
     pub fn of(model: &str) -> Result<Calibration, Error> {
         Ok(Calibration::of_variant(super::model::model(model)?))
     }
@@ -88,16 +88,16 @@ impl Calibration {
         }
     }
 
-    /// Adds an extension: the name of a built-in cause, such as `actuation_lag`, or a WGSL file of one's own.
+    /// Adds an extension: the name of a built-in cause, such as `actuation_lag`, or your own WGSL file.
     ///
     /// # Errors
-    /// When there is none of that name, or its text is faulty.
+    /// For an unknown name, or a faulty text.
     pub fn extend(mut self, extension: &str) -> Result<Calibration, Error> {
         self.model = extend(self.model, &[extension.to_owned()])?;
         Ok(self)
     }
 
-    /// Adds an extension of one's own by its WGSL text; `name` is what its functions begin with.
+    /// Adds your own extension by its WGSL text; `name` is what its functions begin with.
     ///
     /// # Errors
     /// When the text is faulty, or the model has the extension already.
@@ -107,7 +107,7 @@ impl Calibration {
         Ok(self)
     }
 
-    /// Adds bounds: `acc` (the paper's, the default), `human`, or a TOML file. What comes later replaces what came before.
+    /// Adds bounds: `acc` (the paper's, the default), `human`, or a TOML file. Later ones replace earlier ones.
     #[must_use]
     pub fn bounds(mut self, bounds: &str) -> Calibration {
         self.bounds.push(bounds.to_owned());
@@ -128,10 +128,10 @@ impl Calibration {
         self
     }
 
-    /// What is minimised: `nrmse-sva` (the default), `rmse-s`, `u-sv`, ...
+    /// The measure to minimise: `nrmse-sva` (the default), `rmse-s`, `u-sv`, ...
     ///
     /// # Errors
-    /// When there is no such measure.
+    /// For an unknown measure.
     pub fn minimise(mut self, measure: &str) -> Result<Calibration, Error> {
         self.gof = measure.parse().map_err(usage)?;
         Ok(self)
@@ -140,7 +140,7 @@ impl Calibration {
     /// The convention: `paper` (the default) or `authors`, with single rows changed behind a comma.
     ///
     /// # Errors
-    /// When there is no such convention.
+    /// For an unknown convention.
     pub fn convention(mut self, convention: &str) -> Result<Calibration, Error> {
         self.convention = convention.parse().map_err(usage)?;
         Ok(self)
@@ -149,7 +149,7 @@ impl Calibration {
     /// The optimiser: `auto` (the default), `ga` (the paper's), `lshade` or `cmaes`.
     ///
     /// # Errors
-    /// When there is no such optimiser.
+    /// For an unknown optimiser.
     pub fn optimizer(mut self, name: &str) -> Result<Calibration, Error> {
         self.search.optimizer = name.parse::<OptimizerKind>().map_err(usage)?;
         Ok(self)
@@ -169,7 +169,7 @@ impl Calibration {
         self
     }
 
-    /// Simulations of a replicate at most; 100 at least.
+    /// Largest number of simulations of a replicate; at least 100.
     #[must_use]
     pub fn max_evaluations(mut self, simulations: u64) -> Calibration {
         self.search.stop.max_evaluations = simulations;
@@ -187,7 +187,7 @@ impl Calibration {
     /// The evaluator: `auto` (the default), `lanes`, `gpu` or `reference`.
     ///
     /// # Errors
-    /// When there is no such evaluator.
+    /// For an unknown evaluator.
     pub fn evaluator(mut self, name: &str) -> Result<Calibration, Error> {
         self.selection.kind = name.parse().map_err(usage)?;
         self.selection.check().map_err(usage)?;
@@ -197,7 +197,7 @@ impl Calibration {
     /// The precision of `lanes` and `gpu`: `plain` (f32, the default), `compensated` or `f64`.
     ///
     /// # Errors
-    /// When there is no such precision, or the evaluator does not have it.
+    /// For an unknown precision, or one that the evaluator does not have.
     pub fn precision(mut self, name: &str) -> Result<Calibration, Error> {
         let precision: LanesPrecision = name.parse().map_err(usage)?;
         self.selection.precision = Some(precision);
@@ -212,7 +212,7 @@ impl Calibration {
         self
     }
 
-    /// Simulations of all replicates at most.
+    /// Largest number of simulations of all replicates.
     #[must_use]
     pub fn most_evaluations(&self) -> u64 {
         self.search.stop.max_evaluations.saturating_mul(self.search.replicates)
@@ -256,10 +256,10 @@ impl Calibration {
         Ok(Fit::of(result)?)
     }
 
-    /// What is doubtful about calibrating this on these drives, a line each.
+    /// Warnings about this calibration on these drives, one line each.
     ///
     /// # Errors
-    /// When a bound cannot be, or a drive lacks what the model needs.
+    /// For an invalid bound, or a drive that lacks data of the model.
     pub fn warnings(&self, drives: &[&Drive]) -> Result<Vec<String>, Error> {
         let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
         let Some(first) = drives.first() else { return Ok(Vec::new()) };
@@ -278,7 +278,7 @@ impl Calibration {
         let known = self.model.parameters();
         let single = checked_single(&self.single, &self.model, &known)?;
         let mut overrides = read_bounds(&self.bounds, &self.model)?;
-        // A set is a start; a file, or the bounds of one parameter, are deliberate.
+        // A set is a start; a file, or the bounds of one parameter, are a deliberate choice.
         let is_file = |given: &&String| given.parse::<BoundSet>().is_err();
         let files: Vec<String> = self.bounds.iter().filter(is_file).cloned().collect();
         let mut meant = read_bounds(&files, &self.model)?;
@@ -346,7 +346,7 @@ impl Calibration {
         Err(Usage(message).into())
     }
 
-    /// The evaluator that simulates the candidates; the reference scores what it finds again.
+    /// The evaluator that simulates the candidates; the reference scores the best ones again.
     pub(crate) fn build(&self, reference: &Reference) -> anyhow::Result<Box<dyn Evaluator>> {
         let cases = reference.cases().to_vec();
         let generation = GaSettings::default().population_size * self.search.replicates as usize;
@@ -354,7 +354,7 @@ impl Calibration {
         Ok(self.selection.build(cases, self.gof, work, self.warn)?)
     }
 
-    /// That the drives are hardly of one driver, in words.
+    /// Warning that the drives probably have several drivers, in words.
     pub(crate) fn apart(&self, prepared: &Prepared, loaded: &[Loaded]) -> anyhow::Result<Option<String>> {
         let Prepared { space, reference } = prepared;
         let labels: Vec<&str> = loaded.iter().map(|l| l.trajectory.label.as_str()).collect();
@@ -362,7 +362,7 @@ impl Calibration {
         Ok(found.map(|apart| apart.told(space, &labels)))
     }
 
-    /// What the same calibration finds with the faults of the data corrected, or without that where they are; `None` where it makes no
+    /// The same calibration with the faults of the data corrected, or uncorrected if they are corrected here; `None` if that makes no
     /// difference, or nothing is found.
     pub(crate) fn compared(
         &self,

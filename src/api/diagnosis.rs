@@ -1,4 +1,4 @@
-//! A diagnosis: what the data and the simulation get wrong, which cause explains it, and what it is worth.
+//! A diagnosis: errors of the data and of the simulation, their causes, and the gain of an extended model.
 
 use super::bounds::{checked_single, read_bounds};
 use super::drive::Drive;
@@ -45,11 +45,11 @@ pub struct Diagnosis {
     correct: bool,
 }
 
-/// What a diagnosis found.
+/// Result of a diagnosis.
 #[derive(Debug, Clone)]
 pub struct Findings {
     described: Arc<Described>,
-    /// Those that were trained on, and those held back.
+    /// The training data, and the held-back data.
     #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the command line writes them"))]
     drives: Arc<[Vec<Diagnosed>; 2]>,
 }
@@ -62,7 +62,7 @@ pub(crate) struct Source<'a> {
     pub(crate) id: Option<String>,
 }
 
-/// A follower whose data were looked at.
+/// A follower with checked data.
 struct Examined {
     picked: Picked,
     entry: DataEntry,
@@ -73,7 +73,7 @@ struct Examined {
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Loading {
     pub(crate) variant: Variant,
-    /// Look at the data, and stop there.
+    /// Check the data, and stop there.
     pub(crate) data_only: bool,
 }
 
@@ -87,9 +87,9 @@ pub(crate) struct Loaded {
     pub(crate) data: Vec<DataEntry>,
     pub(crate) findings: Vec<FindingEntry>,
     pub(crate) held_back: String,
-    /// Window of every drive to train on whose end is held back \[s\]; empty if drives of their own are.
+    /// Window of every training drive whose end is held back \[s\]; empty with separate held-back drives.
     pub(crate) trained: Vec<[f64; 2]>,
-    /// Length of a lap \[m\], where the track is closed or its grade repeats.
+    /// Length of a lap \[m\], if the track is closed or its grade repeats.
     pub(crate) lap: Option<f64>,
 }
 
@@ -124,7 +124,7 @@ impl Loading {
             if self.data_only {
                 continue;
             }
-            // First, for what is too short as a whole needs no word of its parts.
+            // First, because a drive that is too short needs no message about its parts.
             let whole = drives(&picked)?;
             if ends_held_back {
                 let [beginning, _] = hold_back(&picked.trajectory);
@@ -186,7 +186,7 @@ impl Loading {
         let units = picked.trajectory.notes.iter().find(|note| matches!(note, Note::UnitsContradict { .. }));
         let units = units.map(ToString::to_string);
         let mut findings = FindingEntry::of(&picked.trajectory);
-        // Units come before any size, and once.
+        // Units come before any size, and only once.
         findings.retain(|finding| units.is_none() || finding.name != "unit");
         let trajectory = &picked.trajectory;
         let mut entry = DataEntry {
@@ -218,7 +218,7 @@ const INFERRED: f64 = 0.3;
 /// See [`INFERRED`].
 const RACED: f64 = 0.95;
 
-/// What is asked of loaded drives.
+/// Requirements on loaded drives.
 pub(crate) struct Asked<'a> {
     pub(crate) base: Variant,
     pub(crate) effort: Effort,
@@ -270,7 +270,7 @@ impl Diagnosis {
     /// A diagnosis of a model, given as to [`Calibration::of`](crate::Calibration::of).
     ///
     /// # Errors
-    /// When there is no such model.
+    /// For an unknown model.
     pub fn of(base: &str) -> Result<Diagnosis, Error> {
         Ok(Diagnosis::of_variant(super::model::model(base)?))
     }
@@ -283,7 +283,7 @@ impl Diagnosis {
     /// Search effort: `quick` (about 20 s of CPU per drive of 15 minutes), `normal` (twice that, the default) or `thorough`.
     ///
     /// # Errors
-    /// When there is no such effort.
+    /// For an unknown effort.
     pub fn effort(mut self, name: &str) -> Result<Diagnosis, Error> {
         let message = || format!("effort `{name}`: expected {}", any_of(Effort::VARIANTS));
         self.effort = name.parse().map_err(|_| anyhow::Error::from(Usage(message())))?;
@@ -297,7 +297,7 @@ impl Diagnosis {
         self
     }
 
-    /// Adds a cause of one's own by its WGSL text.
+    /// Adds your own cause by its WGSL text.
     ///
     /// # Errors
     /// When the text is faulty, or there is a cause of its name already.
@@ -324,7 +324,7 @@ impl Diagnosis {
         self
     }
 
-    /// Whether faults of the data are corrected, where they can be; they are not by default.
+    /// Whether faults of the data are corrected if possible; by default they are not.
     #[must_use]
     pub fn correct(mut self, wanted: bool) -> Diagnosis {
         self.correct = wanted;
@@ -334,7 +334,7 @@ impl Diagnosis {
     /// Diagnoses. Without drives that are held back, the last third of each is.
     ///
     /// # Errors
-    /// When a drive is too short, or lacks what the model needs.
+    /// For a drive that is too short, or lacks data of the model.
     pub fn run(&self, drives: &[&Drive], holdout: &[&Drive]) -> Result<Findings, Error> {
         self.run_on(drives, holdout, &mut |_| ControlFlow::Continue(()))
     }
@@ -349,7 +349,7 @@ impl Diagnosis {
         holdout: &[&Drive],
         progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
     ) -> Result<Findings, Error> {
-        // Before the work, and of the causes as well, for these are searched, too.
+        // Before the work, and for the causes as well, because the diagnosis searches these, too.
         let mut bounds = read_bounds(&self.bounds, &self.base)?;
         let of_causes = self.causes.iter().flat_map(|cause| &cause.parameters).copied();
         let mut known = self.base.parameters();
@@ -373,7 +373,7 @@ impl Findings {
         &self.described.outcome
     }
 
-    /// All that is written of it: the diagnosis, and the drives that it is of.
+    /// All output: the diagnosis, and its drives.
     #[cfg(feature = "cli")]
     pub(crate) fn parts(&self) -> (&Described, &[Vec<Diagnosed>; 2]) {
         (&self.described, &self.drives)
@@ -391,7 +391,7 @@ impl Findings {
         &self.outcome().reason
     }
 
-    /// The causes with which the model follows unseen drives better; empty where the base does as well.
+    /// The causes with which the model follows unseen drives better; empty if the base is as good.
     #[must_use]
     pub fn recommended(&self) -> Vec<&str> {
         let recommended = self.outcome().recommended.iter();
@@ -419,7 +419,7 @@ impl Findings {
     }
 }
 
-/// The verdict with its reason, and what is recommended.
+/// The verdict with its reason, and the recommended model.
 impl fmt::Display for Findings {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}: {}", self.verdict(), self.reason())?;

@@ -18,7 +18,7 @@ pub fn read(path: impl AsRef<Path>) -> Result<Recording, Error> {
     Reading::default().file(path)
 }
 
-/// A made-up drive of one car behind another, to try things without data: what a file of it would have. The same seed gives the same drive.
+/// A synthetic drive of one car behind another, as from a file, to try things without data. The same seed gives the same drive.
 ///
 /// # Errors
 /// When the duration \[s\] is not one of 20 s to some hours.
@@ -53,7 +53,7 @@ impl Reading {
         self.recording(Input::File(path.as_ref()))
     }
 
-    /// Reads the text of a table, as a file would have it; `name` stands for the file in messages and results.
+    /// Reads the text of a table in the format of a file; `name` stands for the file in messages and results.
     ///
     /// # Errors
     /// As [`Reading::file`].
@@ -77,7 +77,7 @@ impl Recording {
     /// The drive of a follower: 1 is right behind the platoon leader.
     ///
     /// # Errors
-    /// When there is no such follower, or none of its segments is long enough.
+    /// For an unknown follower, or if none of its segments is long enough.
     pub fn follower(&self, number: usize) -> Result<Drive, Error> {
         self.drive(Some(&number.to_string()))
     }
@@ -91,13 +91,13 @@ impl Recording {
         let number = self.reading.chosen(&mut read, follower)?;
         let ids = self.reading.ids(&read);
         if let [_, another, ..] = ids.as_slice() {
-            let message = format!("a drive is of one trajectory, and {another} is asked for, too");
+            let message = format!("a drive is of one trajectory, but {another} is requested, too");
             return Err(anyhow::Error::from(Usage(message)).into());
         }
         let mut warnings = Vec::new();
         let id = ids.first().map(String::as_str);
         let trajectory = self.reading.trajectory_of(&read, number, id, &mut |text| warnings.push(text))?;
-        // Of a table of thousands of pairs, a drive keeps its own only.
+        // A drive of a table of thousands of pairs keeps only its own pair.
         read.platoons.retain(|platoon| trajectory.id.is_none() || platoon.id == trajectory.id);
         let recording = Recording { read: Arc::new(read), reading: Arc::clone(&self.reading) };
         Ok(Drive { recording, trajectory: Arc::new(trajectory), warnings })
@@ -105,7 +105,7 @@ impl Recording {
 }
 
 impl Drive {
-    /// The drive with a name for its follower, where the file has none.
+    /// The drive with a name for its follower, if the file has none.
     #[must_use]
     pub fn named(mut self, name: &str) -> Drive {
         if !is_nameless(&self.trajectory.name) {
@@ -120,15 +120,15 @@ impl Drive {
         self
     }
 
-    /// The part between two times of the file \[s\], both included; what lies outside the drive is left out. It is prepared as if nothing else
-    /// had been measured.
+    /// The part between two times of the file \[s\], both included; times outside the drive are ignored. It is prepared without the
+    /// measurements outside.
     ///
     /// # Errors
     /// When it is too short.
     pub fn between(&self, from: f64, to: f64) -> Result<Drive, Error> {
         let Trajectory { t, id, follower, .. } = &*self.trajectory;
         let Recording { read, reading } = &self.recording;
-        // Of the segments that the file has, the part lies within one.
+        // The part lies within one of the segments of the file.
         let reading = Reading {
             from: Some(from.max(t[0])),
             to: Some(to.min(t[t.len() - 1])),
@@ -153,7 +153,7 @@ impl Drive {
         self.trajectory.id.as_deref()
     }
 
-    /// `FILE follower N`, with trajectory id and segment where there are several.
+    /// `FILE follower N`, with trajectory id and segment if there are several.
     #[must_use]
     pub fn label(&self) -> &str {
         &self.trajectory.label
@@ -208,7 +208,7 @@ impl Drive {
         &self.trajectory.x_f
     }
 
-    /// Position of the preceding vehicle \[m\]: of its rear bumper where its length is not known.
+    /// Position of the preceding vehicle \[m\]: of its rear bumper if its length is not known.
     #[must_use]
     pub fn lead_position(&self) -> &[f64] {
         &self.trajectory.x_l
@@ -220,26 +220,26 @@ impl Drive {
         !self.recording.read.companions.is_empty()
     }
 
-    /// What was done to the data, a line each: filled, cut, smoothed, resampled.
+    /// Changes to the data, one line each: filled, cut, smoothed, resampled.
     #[must_use]
     pub fn preparation(&self) -> Vec<String> {
         self.trajectory.preparation().map(ToString::to_string).collect()
     }
 
-    /// What is doubtful in the data, a line each.
+    /// Doubtful values of the data, one line each.
     #[must_use]
     pub fn warnings(&self) -> &[String] {
         &self.warnings
     }
 
-    /// The drive as a model sees it: with the car, where the model needs one.
+    /// The drive for a model: with the car, if the model needs one.
     pub(super) fn for_model(&self, model: &Variant) -> anyhow::Result<Loaded> {
         let vehicle = self.recording.reading.vehicle_for(&self.trajectory, model)?;
         let twin = self.recording.reading.twin(&self.recording.read, &self.trajectory);
         Ok(Loaded { trajectory: (*self.trajectory).clone(), vehicle, twin })
     }
 
-    /// The drive with all that was measured around it.
+    /// The drive with all measured signals around it.
     pub(super) fn source(&self) -> Source<'_> {
         let Recording { read, reading } = &self.recording;
         let Trajectory { follower, id, .. } = &*self.trajectory;

@@ -1,4 +1,4 @@
-//! What can go wrong, and whose fault it is.
+//! Errors, divided into wrong usage and failures.
 
 use crate::calibrate::BoundsError;
 use crate::plant::PlantError;
@@ -6,11 +6,11 @@ use crate::trajectory::PrepareError;
 use crate::vehicle::VehicleError;
 use std::fmt;
 
-/// Why something could not be done: where, what was expected, what was found, what to do.
+/// Why leadlag could not do something: place, expected value, found value, remedy.
 pub struct Error(anyhow::Error);
 
 impl Error {
-    /// True if what was asked for cannot be, whatever the data.
+    /// True if the request is invalid, whatever the data.
     #[must_use]
     pub fn is_usage(&self) -> bool {
         is_usage(&self.0)
@@ -26,7 +26,7 @@ impl From<anyhow::Error> for Error {
 impl fmt::Display for Error {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "{}", self.0)?;
-        // A cause that is already quoted is not said twice.
+        // Does not repeat a cause that is already quoted.
         let said = self.0.to_string();
         self.0
             .chain()
@@ -45,12 +45,12 @@ impl fmt::Debug for Error {
 
 impl std::error::Error for Error {}
 
-/// Something was asked for that cannot be, whatever the data.
+/// The request is invalid, whatever the data.
 #[derive(Debug, thiserror::Error)]
 #[error("{0}")]
 pub(crate) struct Usage(pub(crate) String);
 
-/// True for an error of what was asked for.
+/// True for an invalid request.
 pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
     let bounds = |e: &BoundsError| !matches!(e, BoundsError::Read { .. });
     error.is::<Usage>()
@@ -66,7 +66,7 @@ pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
         })
 }
 
-/// What was asked for cannot be.
+/// An invalid request.
 pub(crate) fn usage(error: impl std::error::Error) -> Error {
     anyhow::Error::from(Usage(error.to_string())).into()
 }

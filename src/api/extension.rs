@@ -28,7 +28,7 @@ pub fn find(given: &str) -> anyhow::Result<&'static Extension> {
         let names = || library().iter().filter(|e| e.cause.is_some()).map(|e| e.name.as_str());
         return extension_named(given).ok_or_else(|| {
             let message = format!(
-                "no built-in extension is called `{given}`{}\n`leadlag list causes` shows them; a file of one's own ends \
+                "no built-in extension is called `{given}`{}\n`leadlag list causes` shows them; your own file ends \
                  in .wgsl",
                 did_you_mean(given, names())
             );

@@ -1,4 +1,4 @@
-//! What a calibration found.
+//! Result of a calibration.
 
 use super::calibration::Calibration;
 use super::drive::Drive;
@@ -15,7 +15,7 @@ use indexmap::IndexMap;
 use std::fmt;
 use std::path::Path;
 
-/// Calibrated parameters with what is known of them.
+/// Calibrated parameters, with intervals and correlations.
 #[derive(Debug, Clone)]
 pub struct Fit {
     result: ResultFile,
@@ -26,7 +26,7 @@ pub struct Fit {
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Simulation {
-    /// Times \[s\] of the samples that were reached.
+    /// Times \[s\] of the samples up to the end of the run.
     pub time: Vec<f64>,
     /// Simulated spacing \[m\].
     pub spacing: Vec<f64>,
@@ -39,7 +39,7 @@ pub struct Simulation {
     pub scores: IndexMap<&'static str, f64>,
     /// Why the run ended early: a crash, for example.
     pub ended: Option<String>,
-    /// How the drive was treated otherwise than what was calibrated on, a line each.
+    /// Differences in the treatment of this drive and of the calibrated ones, one line each.
     pub warnings: Vec<String>,
 }
 
@@ -52,7 +52,7 @@ impl Fit {
     /// Reads a `result.json` that a calibration wrote.
     ///
     /// # Errors
-    /// When it is none, or of a model that this version does not have.
+    /// For text that is not a fit, or a model that this version lacks.
     pub fn read(path: impl AsRef<Path>) -> Result<Fit, Error> {
         Ok(Fit::of(ResultFile::read(path.as_ref()).map_err(anyhow::Error::from)?)?)
     }
@@ -65,7 +65,7 @@ impl Fit {
         Ok(Fit::of(serde_json::from_str(text).map_err(anyhow::Error::from)?)?)
     }
 
-    /// The text of `result.json`: all that is known of the fit, and how it was found.
+    /// The text of `result.json`: the fit, and its settings.
     #[must_use]
     pub fn to_json(&self) -> String {
         self.result.to_json()
@@ -77,7 +77,7 @@ impl Fit {
         self.result.model()
     }
 
-    /// What was minimised, by the f64 reference.
+    /// The minimised measure, by the f64 reference.
     #[must_use]
     pub fn score(&self) -> f64 {
         let gof = self.result.gof.replace('-', "_");
@@ -112,7 +112,7 @@ impl Fit {
     /// Simulates the calibrated model on a drive, by the f64 reference.
     ///
     /// # Errors
-    /// When the drive lacks what the model needs.
+    /// For a drive that lacks data of the model.
     pub fn simulate(&self, drive: &Drive) -> Result<Simulation, Error> {
         let one = self.on(drive)?;
         let parameters = &self.variant.parameters;
@@ -122,7 +122,7 @@ impl Fit {
         let outcome = rescore::outcome(&case, parameters, &mut trace).map_err(anyhow::Error::from)?;
         let now = Treatment::of(&drive.trajectory);
         let then = self.result.data.first().map(|data| &data.treatment).filter(|then| **then != now);
-        let warnings = then.map(|then| format!("calibrated on data treated otherwise: {then}; now: {now}"));
+        let warnings = then.map(|then| format!("calibrated on data prepared differently: {then}; now: {now}"));
         let scores = outcome.result.map_or_else(
             |_| IndexMap::new(),
             |measures| {
@@ -139,7 +139,7 @@ impl Fit {
         Ok(Simulation { time, spacing, speed, acceleration, scores, ended, warnings: warnings.into_iter().collect() })
     }
 
-    /// The drives with their cars, and as their runs see them.
+    /// The drives with their cars, for their runs.
     #[cfg(feature = "cli")]
     pub(crate) fn cases(&self, drives: &[&Drive]) -> anyhow::Result<(Vec<Loaded>, Vec<Case>)> {
         let loaded = drives.iter().map(|drive| self.on(drive)).collect::<anyhow::Result<Vec<Loaded>>>()?;
@@ -154,7 +154,7 @@ impl Fit {
         &self.result
     }
 
-    /// A drive with the car that was calibrated, unless it has another one.
+    /// A drive with the calibrated car, unless it has another one.
     fn on(&self, drive: &Drive) -> anyhow::Result<Loaded> {
         let mut reading = (*drive.recording.reading).clone();
         reading.vehicle = reading.vehicle.or_else(|| self.result.vehicle.as_ref().map(|vehicle| vehicle.from.clone()));
@@ -177,10 +177,10 @@ impl Fit {
         Ok(draw(&title, AHEAD, drive.time(), &case, &trace, &outcome).map_err(anyhow::Error::from)?)
     }
 
-    /// The calibration that would find the same, but for the data.
+    /// The same calibration on other data.
     ///
     /// # Errors
-    /// When its model is none of this version.
+    /// For a model that this version lacks.
     pub fn calibration(&self) -> Result<Calibration, Error> {
         let mut calibration = Calibration::of_variant(self.variant.variant);
         calibration.convention = self.variant.convention;

@@ -21,10 +21,10 @@ const NOISY: &str = FindingKind::Noisy.into_str();
 /// Doubtful pairs that are named.
 const DOUBTFUL_NAMED: usize = 20;
 
-/// What a folder may hold of tables.
+/// Limit for the tables of a folder.
 const ENDINGS: [&str; 4] = ["csv", "txt", "gz", "parquet"];
 
-/// Leader-follower pairs, of files, of folders or of drives at hand.
+/// Leader-follower pairs, of files, of folders or of drives in memory.
 #[derive(Debug, Clone, Default)]
 pub struct Pairs {
     pub(crate) pairs: Vec<Pair>,
@@ -57,7 +57,7 @@ impl Pairs {
     pub fn of_drives(drives: &[&Drive]) -> Pairs {
         let pair = |drive: &&Drive| {
             let trajectory = (*drive.trajectory).clone();
-            // A model that needs the car looks for it and reports its absence.
+            // A model that needs the car searches for it and reports its absence.
             let vehicle = drive.recording.reading.vehicle_of(&trajectory).ok().flatten();
             Pair {
                 file: trajectory.source.path.clone(),
@@ -88,7 +88,7 @@ impl Pairs {
         self
     }
 
-    /// Returns how many pairs that can be used have nothing held back.
+    /// Returns the number of usable pairs without held-back data.
     pub(crate) fn hold(&mut self, held: Held) -> usize {
         held.hold(&mut self.pairs)
     }
@@ -105,13 +105,13 @@ impl Pairs {
         self.pairs.is_empty()
     }
 
-    /// What is wrong with files and signals, a line each.
+    /// Faults of files and signals, one line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
         self.unreadable.iter().cloned().chain(self.doubtful()).chain(self.repeated()).collect()
     }
 
-    /// How many pairs have doubtful data, which, and what of the first.
+    /// Number of pairs with doubtful data, their names, and the fault of the first.
     pub(crate) fn doubtful(&self) -> Option<String> {
         // Noise of an acceleration has a warning of its own.
         let is_doubtful = |pair: &&Pair| pair.doubts().split(' ').any(|kind| !kind.is_empty() && kind != NOISY);
@@ -132,7 +132,7 @@ impl Pairs {
         ))
     }
 
-    /// How many pairs are there more than once, and which the first is: each counts in medians and shares.
+    /// Number of repeated pairs, and the first of them: each counts in medians and shares.
     pub(crate) fn repeated(&self) -> Option<String> {
         let (mut seen, mut again) = (HashMap::new(), Vec::new());
         for pair in &self.pairs {
@@ -146,7 +146,7 @@ impl Pairs {
         let (pair, first) = (pair.place(), first.place());
         let of = if pair == first { "is given twice".to_owned() } else { format!("is {first}") };
         Some(format!(
-            "{count} of {all} pairs are copies of another one, and count again in medians and shares; the first: {pair} {of}"
+            "{count} of {all} pairs are copies of another one, and count twice in medians and shares; the first: {pair} {of}"
         ))
     }
 
@@ -250,12 +250,12 @@ impl Fleet {
     /// Calibrations with these models, by name or id.
     ///
     /// # Errors
-    /// When there is no such model, or none is given, or one twice.
+    /// For an unknown model, no model, or a repeated one.
     pub fn of(models: &[&str]) -> Result<Fleet, Error> {
         Fleet::of_calibrations(models.iter().map(|model| Calibration::of(model)).collect::<Result<Vec<_>, _>>()?)
     }
 
-    /// The same of calibrations, a model each. Seed, measure, convention and evaluator are those of the first one.
+    /// The same with a calibration for each model. Seed, measure, convention and evaluator are those of the first one.
     ///
     /// # Errors
     /// When none is given, or one model twice.
@@ -277,12 +277,12 @@ impl Fleet {
     /// Calibrates every pair: a row per pair and model, with units in the names of the columns.
     ///
     /// # Errors
-    /// When a bound cannot be or the evaluator fails. A pair that cannot be calibrated is a row with a reason.
+    /// For invalid bounds, or if the evaluator fails. A pair that cannot be calibrated is a row with a reason.
     pub fn run(&self, pairs: &Pairs) -> Result<Table, Error> {
         self.run_on(pairs, &|| false, &|_, _| {})
     }
 
-    /// The same; once `stop` is true, the rows that are there are the table. `tell` is given how many rows are there and how many there will be, from any thread.
+    /// The same; once `stop` is true, the finished rows are the table. `tell` receives the numbers of finished rows and of all, from any thread.
     ///
     /// # Errors
     /// As [`Fleet::run`].
@@ -307,7 +307,7 @@ impl Fleet {
     }
 }
 
-/// Refuses models that one table could not tell apart.
+/// Refuses models that one table could not distinguish.
 fn distinct(calibrations: &[Calibration]) -> Result<(), Usage> {
     for (k, Calibration { model, .. }) in calibrations.iter().enumerate() {
         let others = || calibrations[..k].iter().map(|one| &one.model);
@@ -323,14 +323,14 @@ fn distinct(calibrations: &[Calibration]) -> Result<(), Usage> {
     Ok(())
 }
 
-/// Settings of all pairs: a model of each calibration; everything else, such as seed and convention, is of the first one.
+/// Settings of all pairs: the model of each calibration; everything else, such as seed and convention, of the first one.
 pub(crate) fn settings(calibrations: &[Calibration], measures: Vec<GoodnessOfFit>) -> anyhow::Result<Settings> {
     distinct(calibrations)?;
     let Calibration { convention, search, evaluations, intervals, selection, .. } = &calibrations[0];
     let model = |one: &Calibration| {
         one.check_numbers()?;
         let (variant, overrides) = (one.model, one.overrides()?);
-        // Bounds that no pair can have are reported once; a pair without a car reports what the model misses.
+        // Bounds that are invalid for every pair are reported once; a pair without a car reports what the model lacks.
         match SearchSpace::new(&variant, None, *convention, &overrides) {
             Err(error @ BoundsError::Impossible { .. }) => Err(error.into()),
             _ => Ok(Model { variant, overrides }),

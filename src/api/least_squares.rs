@@ -1,4 +1,4 @@
-//! Scores as sums of squares: what a least-squares solver of one's own calls.
+//! Scores as sums of squares: for your own least-squares solver.
 
 use super::error::{Error, Usage};
 use super::population::Evaluator;
@@ -7,10 +7,10 @@ use crate::evaluator::{Evaluator as _, Job, Population, Pull, Score};
 use crate::lanes::{Differences, Lanes, LanesPrecision};
 use crate::score::Accumulation;
 
-/// Candidates that are simulated side by side: they fill blocks of lanes, and what they leave stays below 100 MB.
+/// Candidates that are simulated together: they fill blocks of lanes, and their results stay below 100 MB.
 const PART: usize = 128;
 
-/// The normal equations of one candidate, of residuals r that [`Evaluator::residuals`] gives and their derivatives J with respect to the p
+/// The normal equations of one candidate, for the residuals r of [`Evaluator::residuals`] and their derivatives J with respect to the p
 /// parameters: a step d of Gauss and Newton's method solves JᵀJ d = -Jᵀr.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalEquations {
@@ -32,7 +32,7 @@ impl Evaluator {
     /// depends on the candidate, and a solver that takes derivatives of these residuals minimises the measure itself.
     ///
     /// # Errors
-    /// As [`Evaluator::scores`], and for Theil's coefficients, which are no norms of residuals.
+    /// As [`Evaluator::scores`], and for Theil's coefficients, which are not norms of residuals.
     pub fn residuals(&self, candidates: &[f64]) -> Result<Vec<Vec<f64>>, Error> {
         let mut found = Vec::new();
         for part in self.whole(candidates)?.chunks(PART) {
@@ -42,8 +42,8 @@ impl Evaluator {
     }
 
     /// The normal equations of the same residuals, one per candidate, from finite differences in f64: p + 1 simulations on each drive. Where
-    /// the score of a candidate is infinite, or that of a neighbour, `rtr` is infinite and the other numbers are NaN. Of a convention that
-    /// rounds delays to whole samples the derivatives with respect to a delay say nothing: fix it.
+    /// the score of a candidate is infinite, or that of a neighbour, `rtr` is infinite and the other numbers are NaN. With a convention that
+    /// rounds delays to whole samples the derivatives with respect to a delay are meaningless: fix it.
     ///
     /// # Errors
     /// As [`Evaluator::residuals`].

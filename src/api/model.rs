@@ -1,4 +1,4 @@
-//! Models: the ninety variants, laws, and what they are extended by.
+//! Models: the ninety variants, laws, and their extensions.
 
 use super::calibration::Calibration;
 use super::diagnosis::Diagnosis;
@@ -26,7 +26,7 @@ use std::path::Path;
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Variant(pub(crate) catalog::Variant);
 
-/// A model by its id, its name or the file of a law. Whoever asks for one that there is not is told so; a file that cannot be read, or is faulty,
+/// A model by its id, its name or the file of a law. An unknown name is an invalid request; a file that is unreadable or faulty
 /// is an error of the file.
 pub(crate) fn model(asked: &str) -> anyhow::Result<catalog::Variant> {
     read_model(asked).map_err(|error| match error {
@@ -35,7 +35,7 @@ pub(crate) fn model(asked: &str) -> anyhow::Result<catalog::Variant> {
     })
 }
 
-/// Refuses names of models that there are not; files are read where they are needed.
+/// Refuses unknown names of models; files are read when needed.
 #[cfg(feature = "cli")]
 pub(crate) fn known(asked: &str) -> Result<String, UnknownVariant> {
     if law_file(asked).is_none() {
@@ -48,7 +48,7 @@ impl Variant {
     /// A model by name or id, `idm`, `gipps+delay+linear+mfc`, `31`, or by the file of a law: `my_law.wgsl+delay`.
     ///
     /// # Errors
-    /// When there is no such model, or the text of the law is faulty.
+    /// For an unknown model, or a faulty text of a law.
     pub fn named(model: &str) -> Result<Variant, Error> {
         Ok(Variant(self::model(model)?))
     }
@@ -58,15 +58,15 @@ impl Variant {
         catalog::Variant::all().map(Variant)
     }
 
-    /// The same with an extension: the name of a built-in cause, such as `actuation_lag`, or a WGSL file of one's own.
+    /// The same with an extension: the name of a built-in cause, such as `actuation_lag`, or your own WGSL file.
     ///
     /// # Errors
-    /// When there is none of that name, its text is faulty, or the model has it already.
+    /// For an unknown name, a faulty text, or an extension that the model has already.
     pub fn extend(self, extension: &str) -> Result<Variant, Error> {
         Ok(Variant(extend(self.0, &[extension.to_owned()])?))
     }
 
-    /// The same with an extension of one's own by its WGSL text; `name` is what its functions begin with.
+    /// The same with your own extension by its WGSL text; `name` is what its functions begin with.
     ///
     /// # Errors
     /// When the text is faulty, or the model has the extension already.
@@ -81,7 +81,7 @@ impl Variant {
         Calibration::of_variant(self.0)
     }
 
-    /// A diagnosis of what it lacks, with all settings at their defaults.
+    /// A diagnosis of this model, with all settings at their defaults.
     #[must_use]
     pub fn diagnosis(self) -> Diagnosis {
         Diagnosis::of_variant(self.0)
@@ -112,7 +112,7 @@ impl fmt::Display for Variant {
     }
 }
 
-/// A law: a base model that is none of the paper's, built in or in a WGSL file of one's own.
+/// A law: a base model that is none of the paper's, built in or in your own WGSL file.
 ///
 /// ```
 /// let text = "
@@ -137,10 +137,10 @@ impl Law {
         laws().iter().copied().map(Law)
     }
 
-    /// Reads a file; its name without `.wgsl` is the law's, and what its functions begin with.
+    /// Reads a file; its name without `.wgsl` is the law's and the prefix of its functions.
     ///
     /// # Errors
-    /// When it cannot be read, is faulty, or is no law.
+    /// For an unreadable or faulty file, or one that is not a law.
     pub fn read(file: impl AsRef<Path>) -> Result<Law, Error> {
         let shown = file.as_ref().display().to_string();
         let text = read_to_string(file.as_ref(), TEXT_MAX).with_context(|| format!("{shown}: cannot be read"))?;
@@ -150,15 +150,15 @@ impl Law {
     /// A law by its WGSL text; `name` is what its functions begin with.
     ///
     /// # Errors
-    /// When the text is faulty, or is no law.
+    /// For a faulty text, or one that is not a law.
     pub fn from_text(name: &str, text: &str) -> Result<Law, Error> {
         read_law(&format!("{name}.wgsl"), text).map(Law).map_err(usage)
     }
 
-    /// The model that it is with other parts, such as `+delay+linear`, or with none: "".
+    /// The same model with other parts, such as `+delay+linear`, or with none: "".
     ///
     /// # Errors
-    /// When there is no such part.
+    /// For an unknown part.
     pub fn with(&self, parts: &str) -> Result<Variant, Error> {
         law_with(self.0, parts).map(Variant).map_err(usage)
     }
@@ -169,13 +169,13 @@ impl Law {
         &self.0.name
     }
 
-    /// What it does, in words.
+    /// The effect in words.
     #[must_use]
     pub fn meaning(&self) -> &'static str {
         &self.0.meaning
     }
 
-    /// Where it is described, if its text says so.
+    /// The source, if the text names one.
     #[must_use]
     pub fn reference(&self) -> Option<&'static str> {
         self.0.reference.as_deref()

@@ -1,11 +1,11 @@
-//! Drives that are given twice: their samples would count twice, and what they tell would seem surer than it is.
+//! Drives that are given twice: their samples would count twice, and intervals would be too narrow.
 
 use super::error::Usage;
 use crate::study::fingerprint;
 use crate::trajectory::Trajectory;
 use std::fmt;
 
-/// What tells whether two drives have samples in common.
+/// Fingerprint that shows whether two drives have samples in common.
 #[derive(Debug, Clone)]
 pub(crate) struct Samples {
     path: String,
@@ -29,7 +29,7 @@ impl Samples {
         }
     }
 
-    /// True for the same signals, whatever they were read from, and for one follower of one file at overlapping times.
+    /// True for the same signals, whatever their source, and for one follower of one file at overlapping times.
     pub(crate) fn overlap(&self, other: &Samples) -> bool {
         let ([from, to], [other_from, other_to]) = (self.window_s, other.window_s);
         let same_follower = self.sha256 == other.sha256 && self.follower == other.follower;

@@ -1,4 +1,4 @@
-//! Scores of many candidates: what an optimiser of one's own calls.
+//! Scores of many candidates: for your own optimiser.
 
 use super::calibration::{Calibration, Prepared};
 use super::drive::Drive;
@@ -34,7 +34,7 @@ impl Calibration {
     /// An evaluator of candidates with the model, bounds, measure and evaluator of this calibration.
     ///
     /// # Errors
-    /// When a bound cannot be, a drive lacks what the model needs, or the evaluator cannot be made.
+    /// For an invalid bound, a drive that lacks data of the model, or an evaluator that cannot be made.
     ///
     /// # Panics
     /// Without a drive.
@@ -49,7 +49,7 @@ impl Calibration {
 }
 
 impl Evaluator {
-    /// The parameters that a candidate has a value of, in order: those that are not fixed.
+    /// The parameters of a candidate, in order: those that are not fixed.
     #[must_use]
     pub fn parameters(&self) -> Vec<&'static str> {
         self.free.iter().map(|&i| self.prepared.space.symbols[i].name()).collect()
@@ -73,12 +73,12 @@ impl Evaluator {
         self.free.iter().map(|&i| self.prepared.space.bounds[i][1]).collect()
     }
 
-    /// One score per candidate: what is minimised, the mean over the drives. Infinite where a run ends early, the score is undefined, or a
-    /// parameter has a value that the equations do not allow, such as a negative headway: an optimiser that steps out of the bounds goes on.
+    /// One score per candidate: the minimised measure, as a mean over the drives. Infinite if a run ends early, the score is undefined, or a
+    /// parameter has a value that the equations do not allow, such as a negative headway, so that an optimiser may leave the bounds.
     /// `candidates` has them one behind the other, each with a value per parameter in the order of [`Evaluator::parameters`].
     ///
     /// # Errors
-    /// When the number of values is no multiple of the number of parameters, or the evaluator fails.
+    /// If the number of values is not a multiple of the number of parameters, or the evaluator fails.
     pub fn scores(&mut self, candidates: &[f64]) -> Result<Vec<f64>, Error> {
         let whole = self.whole(candidates)?;
         let possible: Vec<bool> = whole.iter().map(|candidate| self.is_possible(candidate)).collect();
@@ -97,8 +97,8 @@ impl Evaluator {
         Ok(possible.iter().map(|possible| if *possible { value(scores.next()) } else { f64::INFINITY }).collect())
     }
 
-    /// Simulated spacing \[m\], speed \[m/s\] and acceleration \[m/s²\] of each candidate on one drive, by the f64 reference, as far as the
-    /// run goes. The first sample is the measured one.
+    /// Simulated spacing \[m\], speed \[m/s\] and acceleration \[m/s²\] of each candidate on one drive, by the f64 reference, up to the end of
+    /// the run. The first sample is the measured one.
     ///
     /// # Errors
     /// As [`Evaluator::scores`], and when the equations do not allow a value, with the number of the candidate, from 0.
@@ -123,7 +123,7 @@ impl Evaluator {
         self.prepared.reference.cases().len()
     }
 
-    /// What computes, for the record: `lanes (plain)`, `gpu (plain) on NVIDIA ...`.
+    /// The evaluator, for the record: `lanes (plain)`, `gpu (plain) on NVIDIA ...`.
     #[must_use]
     pub fn device(&self) -> String {
         let on = self.inner.adapter().map_or(String::new(), |adapter| format!(" on {adapter}"));

@@ -36,7 +36,7 @@ pub struct Reading {
     pub smooth: bool,
     /// Time step to resample to \[s\].
     pub resample_s: Option<f64>,
-    /// Whether what the check of the data finds is corrected, where it can be.
+    /// Whether findings of the check of the data are corrected if possible.
     pub correct: bool,
     /// Anchor of the spacing if the measured spacing and the speeds contradict each other.
     pub reconcile: Reconcile,
@@ -94,13 +94,13 @@ impl Input<'_> {
 #[derive(Debug, Clone)]
 pub(crate) struct Loaded {
     pub trajectory: Trajectory,
-    /// The vehicle and how `--vehicle` finds it again.
+    /// The vehicle, and the value with which `--vehicle` finds it again.
     pub vehicle: Option<(Vehicle, String)>,
-    /// The same drive with its faults corrected, or as it was measured where they were: for comparison, where that makes a difference.
+    /// The same drive with its faults corrected, or uncorrected if they were corrected: for comparison, if that makes a difference.
     pub twin: Option<Trajectory>,
 }
 
-/// A pair that a file has, usable or not.
+/// A pair of a file, usable or not.
 pub(crate) struct Found {
     pub id: Option<String>,
     pub follower: usize,
@@ -114,7 +114,7 @@ impl Loaded {
     }
 }
 
-/// That nobody says where on its grade table a drive begins, if it makes a difference.
+/// Warning that the start of a drive on its grade table is unknown, if it matters.
 pub(crate) fn start_assumed(trajectory: &Trajectory) -> Option<String> {
     let Trajectory { source, grade, notes, .. } = trajectory;
     let grade = grade.as_ref().filter(|grade| grade.sin.windows(2).any(|pair| pair[0] != pair[1]))?;
@@ -125,14 +125,14 @@ pub(crate) fn start_assumed(trajectory: &Trajectory) -> Option<String> {
     let position = notes.iter().find_map(assumed)?;
     let table = grade.source.as_ref().map_or("its grade table", |table| table.path.as_str());
     Some(format!(
-        "{}: it has no positions, so the preceding vehicle is assumed to start at {position} m of {table}; if it does \
-             not, the slopes are those of another place: --lead-start M tells where it starts",
+        "{}: it has no positions, so the preceding vehicle is assumed to start at {position} m of {table}; \
+             otherwise the slopes belong to another place: give the start with --lead-start M",
         source.path
     ))
 }
 
 impl Reading {
-    /// Reads a recording as it is.
+    /// Reads a recording without preparation.
     pub(super) fn open(&self, input: Input<'_>) -> anyhow::Result<Recording> {
         let map = self.columns.as_deref().map(column_map).transpose()?;
         let map = map.map(|map| map.with_lead_length(self.lead_length_m));
@@ -144,7 +144,7 @@ impl Reading {
         })
     }
 
-    /// Reads a recording, and says which of its followers is meant: the number in a platoon, or the id of a vehicle in a table
+    /// Reads a recording and selects a follower: the number in a platoon, or the id of a vehicle in a table
     /// with a column map, of which only the pairs of that vehicle are kept.
     #[cfg(feature = "cli")]
     pub(crate) fn read(&self, input: Input<'_>, follower: Option<&str>) -> anyhow::Result<(Recording, Option<usize>)> {
@@ -153,7 +153,7 @@ impl Reading {
         Ok((recording, number))
     }
 
-    /// Which follower is meant; of other pairs than his nothing is left.
+    /// Selects the follower; pairs of other followers are removed.
     pub(super) fn chosen(&self, recording: &mut Recording, follower: Option<&str>) -> anyhow::Result<Option<usize>> {
         if recording.is_of_numbered_cars() {
             return follower.map(|text| numbered(recording, text)).transpose();
@@ -179,7 +179,7 @@ impl Reading {
         Ok(Some(1))
     }
 
-    /// Every pair of a file, or every one that is asked for; `vehicle`: whether the follower's car has to be known. Of a pair that long gaps cut
+    /// Every pair of a file, or every requested one; `vehicle`: whether the follower's car has to be known. Of a pair that long gaps cut
     /// into segments, the longest one.
     pub(crate) fn pairs(
         &self,
@@ -216,7 +216,7 @@ impl Reading {
         Ok(asked.into_par_iter().map(pair).collect())
     }
 
-    /// The longest segment of a follower, with his car.
+    /// The longest segment of a follower, with the car.
     fn drive_of(
         &self,
         recording: &Recording,
@@ -232,14 +232,14 @@ impl Reading {
             None => None,
             Some((_, Ok(Some(found)))) => Some(found),
             Some((variant, Ok(None))) => {
-                anyhow::bail!("variant {variant} needs the vehicle, and none is called `{}`", longest.name)
+                anyhow::bail!("variant {variant} needs the vehicle, and there is none of the name `{}`", longest.name)
             }
             Some((_, Err(error))) => return Err(error),
         };
         Ok(Loaded { trajectory: longest, vehicle, twin: None })
     }
 
-    /// Every trajectory that is asked for, in that order; with `all` every one of the file that can be used, where none is.
+    /// Every requested trajectory, in that order; with `all` every usable one of the file, if none is requested.
     #[cfg(feature = "cli")]
     pub(crate) fn pick_all(
         &self,
@@ -290,7 +290,7 @@ impl Reading {
         Ok(picked)
     }
 
-    /// The ids that are asked for: one of the file as it stands, or several between commas.
+    /// The requested ids: one of the file, or several between commas.
     pub(crate) fn ids(&self, recording: &Recording) -> Vec<String> {
         let Some(given) = &self.trajectory else { return Vec::new() };
         if recording.platoons.iter().any(|platoon| platoon.id.as_ref() == Some(given)) {
@@ -314,7 +314,7 @@ impl Reading {
         Ok(Loaded { trajectory, vehicle, twin })
     }
 
-    /// A drive that has a fault which matters and can be corrected: corrected, or as it was measured where this one is corrected.
+    /// A drive with a fault that matters and can be corrected: corrected, or uncorrected if this one is corrected.
     pub(super) fn twin(&self, recording: &Recording, of: &Trajectory) -> Option<Trajectory> {
         let mends = |finding: &Finding| finding.remedies.iter().any(|remedy| remedy.option == "correct");
         of.findings().find(|finding| finding.matters && mends(finding))?;
@@ -323,7 +323,7 @@ impl Reading {
         other.trajectory_of(recording, Some(of.follower), of.id.as_deref(), &mut |_| {}).ok()
     }
 
-    /// One follower of the trajectory of an id; without an id of the longest one, without a number the only one.
+    /// One follower of the trajectory with an id, by default the longest one; without a number the only follower.
     pub(crate) fn trajectory_of(
         &self,
         recording: &Recording,
@@ -336,19 +336,19 @@ impl Reading {
         self.choose(prepare(recording, follower, &preparation)?, warn)
     }
 
-    /// The follower's car, where it is asked for or the variant needs it.
+    /// The follower's car, if it is requested or the variant needs it.
     pub(crate) fn vehicle_for(
         &self,
         trajectory: &Trajectory,
         variant: &Variant,
     ) -> anyhow::Result<Option<(Vehicle, String)>> {
-        // A table that lies beside the data by chance must not get in the way of a variant that needs no vehicle.
+        // An unrelated table beside the data must not stop a variant that needs no vehicle.
         let wanted = self.vehicle.is_some() || variant.needs_vehicle();
         let vehicle = if wanted { self.find_vehicle(trajectory, variant)? } else { None };
         if vehicle.is_none() && variant.needs_vehicle() {
             let Trajectory { source, name, follower, .. } = trajectory;
             let message = format!(
-                "{}: variant {variant} needs the vehicle of follower {follower}, and none is called `{name}`; give --vehicle \
+                "{}: variant {variant} needs the vehicle of follower {follower}, and there is none of the name `{name}`; give --vehicle \
                  NAME or FILE#NAME (`leadlag list vehicles`)",
                 source.path
             );
@@ -374,7 +374,7 @@ impl Reading {
         })
     }
 
-    /// The segment asked for, else the longest, which is said.
+    /// The requested segment, otherwise the longest, with a note.
     fn choose(&self, mut segments: Vec<Trajectory>, warn: &mut dyn FnMut(String)) -> anyhow::Result<Trajectory> {
         let stretches = Stretch::of_trajectories(&segments);
         let count = segments.len();
@@ -417,13 +417,13 @@ impl Reading {
         Ok(chosen)
     }
 
-    /// The follower's car, where anything is known of it.
+    /// The follower's car, if known.
     pub(super) fn vehicle_of(&self, trajectory: &Trajectory) -> anyhow::Result<Option<Vehicle>> {
         let any = Variant::from_id(1)?;
         Ok(self.find_vehicle(trajectory, &any)?.map(|(vehicle, _)| vehicle))
     }
 
-    /// The vehicle: as told, else by its name in a table beside the data, else by its name in the built-in table.
+    /// The vehicle: the given one, otherwise by its name in a table beside the data, otherwise by its name in the built-in table.
     fn find_vehicle(&self, trajectory: &Trajectory, variant: &Variant) -> anyhow::Result<Option<(Vehicle, String)>> {
         let needs_curve = variant.constraint == Constraint::Mfc;
         if let Some(text) = &self.vehicle {
@@ -441,7 +441,7 @@ impl Reading {
     }
 }
 
-/// True if it has to be said which follower is meant. Groups are drives: of several, the longest is taken.
+/// True if the user has to name the follower. Groups are drives: of several, the longest is taken.
 fn has_several_followers(recording: &Recording) -> bool {
     if recording.chosen_by == ChosenBy::Group {
         return false;
@@ -451,7 +451,7 @@ fn has_several_followers(recording: &Recording) -> bool {
     names.any(|name| Some(name) != first)
 }
 
-/// True if an error is that of one trajectory, and says nothing of the others.
+/// True if an error concerns that trajectory only.
 #[cfg(feature = "cli")]
 fn is_of_one(error: &anyhow::Error) -> bool {
     use crate::trajectory::PrepareError::{self, EmptyWindow, Faulty, Short, TooShort};
@@ -478,14 +478,14 @@ fn numbered(recording: &mut Recording, given: &str) -> anyhow::Result<usize> {
     names.truncate(PAIRS_NAMED);
     let message = format!(
         "--follower: expected a number, 1 right behind the platoon leader, or the name of a car that follows, found `{given}`; \
-         {} has {}{near}; ids of vehicles go with --columns",
+         {} has {}{near}; ids of vehicles need --columns",
         recording.source.path,
         names.join(", ")
     );
     Err(Usage(message).into())
 }
 
-/// The column map of a flag. That its file is not there is a failure; what else is wrong with it is usage.
+/// The column map of a flag. A missing file is a failure; any other error in it is wrong usage.
 pub(crate) fn column_map(given: &str) -> anyhow::Result<ColumnMap> {
     ColumnMap::find(given).map_err(|error| match error {
         MapError::Open { .. } => error.into(),

@@ -20,7 +20,7 @@ use std::sync::atomic::Ordering;
 pub struct Study(Folder);
 
 impl Study {
-    /// Lays out the study of a plan in a folder; what is done there already stays.
+    /// Lays out the study of a plan in a folder; finished tasks there stay.
     ///
     /// # Errors
     /// When the plan cannot be carried out, its data cannot be read, or the folder holds another study.
@@ -36,18 +36,18 @@ impl Study {
     /// The study of a folder.
     ///
     /// # Errors
-    /// When there is none.
+    /// For a missing study.
     pub fn open(folder: impl AsRef<Path>) -> Result<Study, Error> {
         let folder = Folder::open(folder.as_ref()).map_err(anyhow::Error::from)?;
         folder.tasks().map_err(anyhow::Error::from)?;
         Ok(Study(folder))
     }
 
-    /// Computes the tasks that are left, on all cores; other processes may do the same. `stop` is asked meanwhile and ends it early: what is
-    /// done is kept. `tell` is given the number of tasks that are done, and of all.
+    /// Computes the remaining tasks on all cores; other processes may do the same. `stop` is polled and ends the run early; finished
+    /// tasks are kept. `tell` receives the number of finished tasks and of all tasks.
     ///
     /// # Errors
-    /// When the data are not those of the plan any more, a part cannot be written, or the evaluator fails.
+    /// When the data differ from those of the plan, a part cannot be written, or the evaluator fails.
     pub fn run(&self, stop: &(dyn Fn() -> bool + Sync), tell: &mut dyn FnMut(u64, u64)) -> Result<(), Error> {
         let (study, tasks) = self.0.study(None).map_err(anyhow::Error::from)?;
         let chosen: Vec<usize> = (0..tasks.len()).collect();
@@ -61,7 +61,7 @@ impl Study {
         Ok(())
     }
 
-    /// The tables of what is done: calibrations and validation runs, with units in the names of the columns.
+    /// The tables of the finished tasks: calibrations and validation runs, with units in the names of the columns.
     ///
     /// # Errors
     /// When the folder cannot be read.

@@ -1,4 +1,4 @@
-//! What was given and changes nothing, or is likely a mistake: said once, before the work.
+//! Settings without effect and likely mistakes: one warning each, before the work.
 
 use super::bounds::is_human;
 use super::reading::{Reading, start_assumed};
@@ -14,10 +14,10 @@ use crate::wgsl::extension_named;
 /// A follower that stays below this share of the lowest v_0 drives far below it.
 const FAR_BELOW: f64 = 0.7;
 
-/// Faster than v_0 may be for less than this is noise \[s\].
+/// Less time above v_0 than this is noise \[s\].
 const ABOVE_S: f64 = 1.0;
 
-/// What there is to say of a calibration, a line each.
+/// Warnings about a calibration, one line each.
 pub fn of(
     reading: &Reading,
     model: &Variant,
@@ -35,7 +35,7 @@ pub fn of(
     said
 }
 
-/// Whoever gives something expects that it does something.
+/// A user expects that every setting has an effect.
 fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<String> {
     let mut said = Vec::new();
     if reading.vehicle.is_some() && !model.needs_vehicle() {
@@ -43,7 +43,7 @@ fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<Str
             "--vehicle changes nothing: variant {model} has neither nonlinear dynamics nor the constraint mfc"
         ));
     }
-    // Where only the position is read, the table still says how long a lap is.
+    // Even if only the position is read, the table gives the length of a lap.
     let lap = loaded.iter().any(|l| l.grade.as_ref().is_some_and(|grade| grade.period.is_some()));
     if reading.grade.is_some() && !model.needs_grade() && !(model.needs_position() && lap) {
         said.push(format!(
@@ -53,7 +53,7 @@ fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<Str
     if model.needs_position() {
         return said;
     }
-    // Then positions count by the gap that follows from them, and by nothing else.
+    // Then positions matter only through the gap that follows from them.
     let reads_none = format!("variant {model} reads neither the grade nor the position on the road");
     if reading.lead_start_m.is_some() {
         said.push(format!("--lead-start changes nothing: {reads_none}"));
@@ -64,13 +64,13 @@ fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<Str
     said
 }
 
-/// True for a note of a gap in which the length of the car ahead may have a part: made of positions, of what a column map says, or beside
+/// True for a note of a spacing that may depend on the length of the car ahead: from positions, from a column map, or beside
 /// positions in the authors' files.
 fn takes_length(note: &Note) -> bool {
     matches!(note, Note::Derived { .. } | Note::Mapped { .. } | Note::LengthDerived { .. })
 }
 
-/// Single switches that were changed behind a preset, and of which the variant has nothing.
+/// Single switches changed after a preset that do not concern the variant.
 fn idle_switches(model: &Variant, convention: Convention) -> Vec<String> {
     let shown = convention.to_string();
     let changed = shown.split(',').skip(1);
@@ -78,7 +78,7 @@ fn idle_switches(model: &Variant, convention: Convention) -> Vec<String> {
     idle.map(|(switch, lack)| format!("--convention {switch} changes nothing: variant {model} has no {lack}")).collect()
 }
 
-/// What a switch of the convention is about, if the variant has no such thing.
+/// The part that a switch of the convention affects, if the variant lacks it.
 fn lacks(switch: &str, model: &Variant) -> Option<&'static str> {
     let (lack, has) = match switch {
         "road_load" => ("nonlinear dynamics, so no f_1 and f_2 to be bounded", model.dynamics == Dynamics::Nonlinear),
@@ -92,7 +92,7 @@ fn lacks(switch: &str, model: &Variant) -> Option<&'static str> {
     (!has).then_some(lack)
 }
 
-/// What the file says of who drives, where it contradicts what is done.
+/// Contradiction between the driver that the file names and the model or the bounds.
 fn drivers(overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     let human: Vec<&Trajectory> = loaded.iter().filter(|one| one.driver().is_some_and(is_human)).copied().collect();
     let mut said = Vec::new();
@@ -105,14 +105,14 @@ fn drivers(overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     let machine = loaded.iter().find(|one| one.driver().is_some_and(|driver| !is_human(driver)));
     if let (Some(one), Some(other)) = (human.first(), machine) {
         said.push(format!(
-            "{} and {} are driven by a human and by a controller, as the files say, and get the same parameters",
+            "{} and {} have a human driver and a controller according to the files, but get the same parameters",
             one.label, other.label
         ));
     }
     said
 }
 
-/// On a level road an extension that acts by the grade does nothing, and still gets a value.
+/// On a level road an extension that acts by the grade has no effect, and still gets a value.
 fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) -> Option<String> {
     let is_level = |l: &&&Trajectory| l.grade.as_ref().is_some_and(|g| g.sin.iter().all(|sin| *sin == 0.0));
     let level: Vec<&Trajectory> = loaded.iter().filter(is_level).copied().collect();
@@ -125,18 +125,18 @@ fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) ->
                 let names: Vec<&str> = extension.parameters.iter().map(|symbol| symbol.name()).collect();
                 format!("{} has no effect; its value is meaningless", names.join(", "))
             }
-            // What else a text of one's own does is not known here.
-            None => format!("what {} makes of the grade has no effect", extension.name),
+            // Other effects of a user's own text are not known here.
+            None => format!("the effect of {} by the grade vanishes", extension.name),
         })
         .collect();
     if level.is_empty() || idle.is_empty() {
         return None;
     }
     let paths = if level.len() == loaded.len() { String::new() } else { format!("{}: ", paths(&level)) };
-    Some(format!("{paths}the grade is 0 throughout: {}; --grade FILE tells the slope", idle.join("; ")))
+    Some(format!("{paths}the grade is 0 throughout: {}; give the slope with --grade FILE", idle.join("; ")))
 }
 
-/// A car that never comes near its desired speed says nothing of it, and Table 3 is for cars at 30 m/s and more; one that is faster than any
+/// A car that never comes near its desired speed does not determine it, and Table 3 is for cars at 30 m/s and more; one that is faster than any
 /// desired speed cannot be followed.
 fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     if !model.parameters().contains(&Symbol::v_0) {
@@ -163,9 +163,9 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     if let Some(fastest) = slow.iter().map(|l| highest(l)).reduce(f64::max) {
         said.push(format!(
             "{}: the follower never drives faster than {fastest:.1} m/s, but v_0 is searched from {lower} m/s on: it will not \
-             be the speed that was set; {}",
+             be the set speed; {}",
             paths(&slow),
-            remedy("a lower bound near the speeds that were driven")
+            remedy("a lower bound near the driven speeds")
         ));
     }
     let above = |l: &&&Trajectory| {
@@ -180,16 +180,16 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
              only: the model cannot keep up; {}",
             paths(&fast),
             fast[0].t[first],
-            remedy("an upper bound above the speeds that were driven")
+            remedy("an upper bound above the driven speeds")
         ));
     }
     said
 }
 
-/// Files that are named where something is said of several.
+/// Names of files for a warning about several.
 const NAMED: usize = 5;
 
-/// The files, each once; of very many the first ones.
+/// The files, each once; the first ones of many.
 fn paths(loaded: &[&Trajectory]) -> String {
     let mut paths: Vec<&str> = loaded.iter().map(|l| l.source.path.as_str()).collect();
     paths.dedup();

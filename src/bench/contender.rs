@@ -1,4 +1,4 @@
-//! What is measured, by name. The one place where evaluators are made.
+//! The contenders of a measurement, by name. The one place where evaluators are made.
 
 use crate::by_hand::ByHand;
 use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator, Population, Score, Timings};
@@ -24,7 +24,7 @@ pub enum Contender {
 }
 
 impl Contender {
-    /// All that this version has, the ceiling first.
+    /// All of this version, the ceiling first.
     pub const ALL: &'static [Contender] = &[
         Contender::NativeF32,
         Contender::NativeF64,
@@ -70,7 +70,7 @@ impl Contender {
         self.evaluator() == "native"
     }
 
-    /// Makes it for a case, ready to run; `None` where the machine has no device for it.
+    /// Makes it for a case, ready to run; `None` if the machine has no device for it.
     ///
     /// # Errors
     /// When the case cannot be laid out or the device fails.
@@ -117,7 +117,7 @@ impl Runner {
         }
     }
 
-    /// Time that went to other things than computing.
+    /// Time spent on other work than computing.
     pub fn timings(&self) -> Timings {
         match self {
             Runner::Evaluator(evaluator) => evaluator.timings(),
@@ -133,7 +133,7 @@ impl Runner {
         }
     }
 
-    /// The device, where there is one.
+    /// The device, if any.
     pub fn adapter(&self) -> Option<String> {
         match self {
             Runner::Evaluator(evaluator) => evaluator.adapter(),
@@ -150,7 +150,7 @@ mod tests {
     use crate::evaluator::Score;
     use crate::score::GoodnessOfFit;
 
-    // Measured: 3e-6 and 3e-13. A ceiling that computed something else would be none.
+    // Measured: 3e-6 and 3e-13. A ceiling must compute the same.
     #[test]
     fn the_loop_by_hand_computes_what_the_reference_computes() {
         let drive = Drive::synthetic().expect("the scenario is fixed");

@@ -1,4 +1,4 @@
-//! What is simulated: a drive, synthetic or measured, and random candidates.
+//! Input of the simulations: a drive, synthetic or measured, and random candidates.
 
 use super::BenchError;
 use crate::calibrate::{Overrides, SearchSpace};
@@ -11,13 +11,13 @@ use crate::trajectory::{Grade, Preparation, Recording, Trajectory, import, prepa
 use crate::vehicle::{Mfc, Vehicle};
 use rand::RngExt;
 
-/// Samples of the synthetic drive: as many as platoon 7 of the AstaZero data has, on which speeds were quoted before.
+/// Samples of the synthetic drive: as many as platoon 7 of the AstaZero data, on which earlier speeds were quoted.
 const SAMPLES: u32 = 9227;
 
 /// Upper bound of the perception delay \[s\]: Table 3.
 const TAU_P_UPPER: f64 = 0.8;
 
-/// One follower's drive with all that any variant may need.
+/// One follower's drive with all signals that any variant may need.
 #[derive(Debug, Clone)]
 pub struct Drive {
     /// In words, for the report.
@@ -27,10 +27,10 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// A made-up drive behind a car on cruise control, 9,227 samples at 10 Hz; the same on every machine.
+    /// A synthetic drive behind a car on cruise control, 9,227 samples at 10 Hz; the same on every machine.
     ///
     /// # Errors
-    /// None that is known of: the scenario is fixed.
+    /// No known error: the scenario is fixed.
     pub fn synthetic() -> Result<Drive, BenchError> {
         let mut scenario = plant::Scenario { duration_s: f64::from(SAMPLES - 1) / 10.0, ..plant::Scenario::default() };
         scenario.followers.truncate(1);
@@ -40,11 +40,11 @@ impl Drive {
         Drive::new("synthetic drive", &import::read_bytes(&file, "synthetic.csv", None)?, 1)
     }
 
-    /// The longest piece of one follower of a recording. Variants that need a vehicle or a grade get a made-up vehicle and, where
+    /// The longest piece of one follower of a recording. Variants that need a vehicle or a grade get a synthetic vehicle and, if
     /// the recording has none, a level road: they cost the same time.
     ///
     /// # Errors
-    /// If there is no such follower.
+    /// For an unknown follower.
     pub fn new(name: &str, recording: &Recording, follower: usize) -> Result<Drive, BenchError> {
         let pieces = prepare(recording, follower, &Preparation::default())?;
         let mut trajectory = pieces.into_iter().max_by_key(Trajectory::len).expect("prepare finds at least one piece");
@@ -92,7 +92,7 @@ impl Drive {
     /// The box that a calibration of a variant searches.
     ///
     /// # Errors
-    /// None that is known of: the vehicle has bounds for its road loads.
+    /// No known error: the vehicle has bounds for its road loads.
     pub fn space(&self, variant: Variant) -> Result<SearchSpace, BenchError> {
         Ok(SearchSpace::new(&variant, Some(&self.vehicle), Convention::PAPER, &Overrides::new())?)
     }

@@ -16,7 +16,7 @@ const CANDIDATES: usize = 4096;
 /// failed). Floats in shortest form that reads back the same.
 ///
 /// # Errors
-/// [`BenchError::Write`], and what the evaluator says.
+/// [`BenchError::Write`], and errors of the evaluator.
 pub fn export(drive: &Drive, folder: &Path) -> Result<(), BenchError> {
     let variant = Variant::from_id(1)?;
     let case = drive.case(variant)?;

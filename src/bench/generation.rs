@@ -1,4 +1,4 @@
-//! What a generation of an optimiser costs beside simulating: breeding, laying candidates out, dispatching, sorting.
+//! Cost of a generation of an optimiser beside simulating: breeding, laying candidates out, dispatching, sorting.
 
 use super::contender::{Contender, Runner};
 use super::{BenchError, Drive};
@@ -9,10 +9,10 @@ use serde::Serialize;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Samples of a drive on which simulating takes no time worth mentioning.
+/// Samples of a drive on which simulating takes negligible time.
 const SHORT: usize = 20;
 
-/// Generations that are timed, after as many that warm up, where only what is beside simulating is asked for.
+/// Timed generations, after as many for warm-up, if only the cost beside simulating is requested.
 const GENERATIONS: usize = 100;
 
 /// Samples of a drive of a minute and a half, on which whole generations of large populations are timed.
@@ -24,7 +24,7 @@ const LARGE: usize = 3;
 /// Populations that fill a CPU and a GPU.
 const POPULATIONS: [usize; 2] = [4096, 65_536];
 
-/// Generations of the genetic algorithm on IDM, from asking to telling.
+/// Generations of the genetic algorithm on IDM, from ask to tell.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Generation {
     /// As in a row.
@@ -40,8 +40,8 @@ pub struct Generation {
 }
 
 impl Generation {
-    /// Measures what a generation of the paper's size costs on a drive of a few samples, so that nothing but the cost around simulating is
-    /// left, and whole generations of large populations. Nothing where the machine has no device.
+    /// Measures the cost of a generation of the paper's size on a drive of a few samples, so that almost only the cost around simulating
+    /// remains, and whole generations of large populations. Nothing without a device.
     pub(super) fn measure(contender: Contender, drive: &Drive) -> Result<Vec<Generation>, BenchError> {
         let large = POPULATIONS.map(|population| (WHOLE, population, 1, LARGE));
         let of = |(steps, population, warm, timed)| Self::one(contender, drive, steps, population, [warm, timed]);

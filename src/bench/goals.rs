@@ -1,14 +1,14 @@
-//! What the evaluators should reach on one core (3.8 GHz, AVX-512, Sapphire Rapids class), beside what they reached. Printed, never asserted: a figure says
-//! more about the machine than about the program.
+//! Goals of the evaluators on one core (3.8 GHz, AVX-512, Sapphire Rapids class), beside the measured values. Printed, never asserted: a figure depends
+//! more on the machine than on the program.
 
 use super::measure::{is_software, median};
 use super::plan::{POPULATION, Report};
 use serde_json::{Value, json};
 
-/// A goal and what was found.
+/// A goal and the measured value.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Goal {
-    /// What is wanted, in words.
+    /// The goal, in words.
     pub what: String,
     /// Its unit.
     pub unit: &'static str,
@@ -16,7 +16,7 @@ pub struct Goal {
     pub wanted: f64,
     /// True if lower is better.
     pub at_most: bool,
-    /// What was measured; `None` where it was not.
+    /// The measured value; `None` if it was not measured.
     pub found: Option<f64>,
 }
 
@@ -32,7 +32,7 @@ const SPEEDS: [(&str, &str, u32, f64); 7] = [
 ];
 
 impl Goal {
-    /// Whether it was met; `None` where nothing was measured.
+    /// Whether it was met; `None` without a measurement.
     #[must_use]
     pub fn is_met(&self) -> Option<bool> {
         self.found.map(|found| if self.at_most { found <= self.wanted } else { found >= self.wanted })
@@ -47,7 +47,7 @@ impl Goal {
 }
 
 impl Report {
-    /// The goals of the project, with what was found.
+    /// The goals of the project, with the measured values.
     #[must_use]
     pub fn goals(&self) -> Vec<Goal> {
         let software = self.adapter.as_deref().is_some_and(is_software);
@@ -96,7 +96,7 @@ impl Report {
         goals
     }
 
-    /// Id of the slowest variant on an evaluator and how much slower than variant 1 it is; `None` unless all ninety were measured.
+    /// Id of the slowest variant on an evaluator and its ratio to variant 1; `None` unless all ninety were measured.
     pub(super) fn slowest(&self, evaluator: &str, population: usize) -> Option<(u32, f64)> {
         let rate = |id| Some(self.row_of(evaluator, "plain", id, population)?.mcs_per_core_second);
         let base = rate(1)?;

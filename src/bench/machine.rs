@@ -1,17 +1,17 @@
-//! What the figures were measured on.
+//! The machine of the measurement.
 
 use std::fmt;
 
-/// The machine in words, and how busy it was.
+/// The machine in words, and its load.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Machine {
     /// The processor as the system names it, or its architecture.
     pub cpu: String,
-    /// The widest vector instructions it has, where known.
+    /// The widest vector instructions of the processor, if known.
     pub vectors: &'static str,
     /// Threads that work.
     pub threads: usize,
-    /// Processes that were running or waiting in the last minute, where the system tells.
+    /// Processes that were running or waiting in the last minute, if the system reports them.
     pub load: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! One contender on one variant with one population: warmed up once, then timed as often as one likes.
+//! One contender on one variant with one population: warmed up once, then timed several times.
 
 use super::{BenchError, Contender, Drive, candidates, contender::Runner};
 use crate::catalog::Variant;
@@ -8,10 +8,10 @@ use cpu_time::ProcessTime;
 use serde::Serialize;
 use std::time::{Duration, Instant};
 
-/// An NVIDIA H200 ran at a quarter of its speed after a rest of some seconds, for a tenth of a second.
+/// For a tenth of a second after a pause of some seconds, an NVIDIA H200 ran at a quarter of its speed.
 const AWAKE: Duration = Duration::from_millis(300);
 
-/// What was measured of one contender; every single time is kept.
+/// Measurements of one contender; every single time is kept.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Row {
     /// `native`, `reference`, `lanes` or `gpu`.
@@ -36,7 +36,7 @@ pub struct Row {
     pub mcs_wall: f64,
     /// Million candidate-steps per second of CPU time, from the median; on a hardware GPU per second of wall time.
     pub mcs_per_core_second: f64,
-    /// What the line above is per: `cpu`, or `device` for a hardware GPU, on which the CPU waits.
+    /// Unit of the line above: `cpu`, or `device` for a hardware GPU, on which the CPU waits.
     pub core_second_of: &'static str,
     /// Moving candidates and scores, per repetition \[s\].
     pub transfer_s: f64,
@@ -61,7 +61,7 @@ pub(super) struct Measurement {
 }
 
 impl Measurement {
-    /// Makes the evaluator, draws the candidates and runs once. `None` where the machine has no device for it.
+    /// Makes the evaluator, draws the candidates and runs once. `None` if the machine has no device for it.
     pub fn new(
         contender: Contender,
         variant: Variant,
@@ -79,12 +79,12 @@ impl Measurement {
         Ok(Some(Measurement { contender, variant, runner, population, scores, steps, wall_s, cpu_s, transfer_before }))
     }
 
-    /// The device, where there is one.
+    /// The device, if any.
     pub fn adapter(&self) -> Option<String> {
         self.runner.adapter()
     }
 
-    /// Repeats without timing until a GPU that has rested is as fast as it gets.
+    /// Repeats without timing until a GPU that was idle has its full speed.
     pub fn wake(&mut self) -> Result<(), BenchError> {
         let began = Instant::now();
         while began.elapsed() < AWAKE {

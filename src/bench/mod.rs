@@ -1,9 +1,9 @@
 //! How fast candidates are simulated: evaluators, variants and population sizes, measured in turns.
 //!
 //! The unit is Mcs, a million candidate-steps: N candidates over T samples are N T candidate-steps, whether or not some
-//! candidates crash on the way. Beside every evaluator stand a hand-fused loop (`native`), the ceiling on a CPU, and the plain
+//! candidates crash on the way. The table also has a hand-fused loop (`native`), the ceiling on a CPU, and the plain
 //! scalar reference, so that a figure can be judged without knowing the machine. Repetitions of all contenders are interleaved,
-//! so that a change of the machine's load falls on all alike; every single time is kept. A hardware GPU comes after them, by itself.
+//! so that a change of the machine's load affects all alike; every single time is kept. A hardware GPU comes after them, alone.
 
 mod contender;
 mod data;
@@ -76,15 +76,15 @@ pub enum BenchError {
     /// An evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// The calibration that is measured failed.
+    /// The measured calibration failed.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
-    /// A seed whose cases would have none of their own.
+    /// A seed whose cases would share seeds with another one.
     #[error("expected a seed from 0 to {most}, found {found}")]
     Seed {
         /// The largest.
         most: u64,
-        /// What was asked for.
+        /// The request.
         found: u64,
     },
     /// More cases than a seed has.
@@ -92,15 +92,15 @@ pub enum BenchError {
         "{sizes} sizes make {found} cases, and a seed has at most {most}: give fewer sizes, or run them in two parts with two seeds"
     )]
     Cases {
-        /// How many there may be.
+        /// Largest number.
         most: usize,
-        /// How many there would be.
+        /// Number found.
         found: usize,
         /// Sizes that were asked for.
         sizes: usize,
     },
-    /// The program that is timed fails.
-    #[error("{program} calibrate: expected it to succeed, but: {said}")]
+    /// The timed program fails.
+    #[error("{program} calibrate: expected success, found: {said}")]
     Program {
         /// The program.
         program: String,

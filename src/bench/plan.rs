@@ -1,4 +1,4 @@
-//! What is measured, in which order.
+//! The measurements and their order.
 
 use super::contender::has_hardware;
 use super::generation::Generation;
@@ -9,7 +9,7 @@ use crate::evaluator::EvaluateError;
 use crate::reference::knows;
 use serde_json::{Value, json};
 
-/// How much is measured.
+/// Amount of measurements.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Effort {
     /// Three variants; well under a minute.
@@ -24,13 +24,13 @@ pub enum Effort {
 /// function, square roots, and neither.
 const VARIANTS: [u32; 3] = [1, 32, 37];
 
-/// Candidates where nothing else is said.
+/// Candidates by default.
 pub(super) const POPULATION: usize = 4096;
 
-/// Candidates of the scalar reference, which is slow and does not care.
+/// Candidates of the scalar reference, whose speed does not depend on their number.
 const POPULATION_OF_REFERENCE: usize = 64;
 
-/// Candidates that a hardware GPU gets, too: some thousands leave most of a large one idle.
+/// Candidates for a hardware GPU in addition: some thousands leave most of a large one idle.
 const LARGE: [usize; 2] = [32_768, MANY];
 
 /// Candidates that keep all of a large GPU busy.
@@ -39,9 +39,9 @@ pub(super) const MANY: usize = 262_144;
 /// All that was measured.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// What it was measured on.
+    /// The machine.
     pub machine: Machine,
-    /// The GPU, or the driver that stands in for one.
+    /// The GPU, or the software driver in its place.
     pub adapter: Option<String>,
     /// The drive.
     pub data: String,
@@ -49,9 +49,9 @@ pub struct Report {
     pub shown: Vec<String>,
     /// Contenders on variants.
     pub rows: Vec<Row>,
-    /// What a generation costs beside simulating.
+    /// Cost of a generation beside simulating.
     pub generations: Vec<Generation>,
-    /// What was not measured, and why.
+    /// Measurements left out, and why.
     pub left_out: Vec<String>,
 }
 
@@ -81,7 +81,7 @@ impl Report {
     }
 }
 
-/// The variants that are measured by every contender: IDM first, where nothing else is said.
+/// The variants that are measured by every contender: by default IDM first.
 fn shown(effort: Effort) -> Vec<Variant> {
     match effort {
         Effort::Variant(variant) => vec![variant],
@@ -127,14 +127,14 @@ fn plan(effort: Effort, has_hardware: bool) -> Vec<(Contender, Variant, usize)> 
     plan
 }
 
-/// Measures. `progress` hears what is being done.
+/// Measures. `progress` receives the name of each step.
 ///
 /// # Errors
 /// [`BenchError`].
 pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
     let machine = Machine::here();
     let mut measurements = Vec::new();
-    // A hardware GPU by itself: between turns of the CPU it would rest, and it is slow at first when it has rested.
+    // A hardware GPU separately: between turns of the CPU it would idle, and it is slow at first after idling.
     let has_hardware = has_hardware();
     let (by_itself, in_turns): (Vec<_>, Vec<_>) =
         plan(effort, has_hardware).into_iter().partition(|(contender, ..)| has_hardware && contender.is_gpu());
@@ -150,7 +150,7 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
     let mut rows: Vec<Row> = measurements.iter().map(Measurement::row).collect();
     let mut adapter = measurements.iter().find_map(Measurement::adapter);
     let mut left_out = Vec::new();
-    // One after the other, for a small GPU could not hold all large populations at once.
+    // One after the other, because a small GPU could not hold all large populations at once.
     for (k, &(contender, variant, population)) in by_itself.iter().enumerate() {
         progress(&format!("on the GPU, {} of {}", k + 1, by_itself.len()));
         if expected_s(&rows, population).is_some_and(|expected| expected > LONGEST_S) {
@@ -172,7 +172,7 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
                 adapter = adapter.or_else(|| measurement.as_ref().and_then(Measurement::adapter));
                 rows.extend(measurement.as_ref().map(Measurement::row));
             }
-            // Such as too little memory; what the others took is not lost for it.
+            // For example too little memory; the other measurements are kept.
             Err(BenchError::Evaluate(error @ (EvaluateError::Device { .. } | EvaluateError::Memory { .. }))) => {
                 left_out.push(format!("variant {variant} on gpu, {population} candidates: {error}"));
             }
@@ -190,10 +190,10 @@ pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Res
     Ok(Report { machine, adapter, data, shown, rows, generations, left_out })
 }
 
-/// A repetition that takes longer \[s\] is not worth it: a small GPU would take hours over ninety large populations.
+/// A longer repetition \[s\] is left out: a small GPU would take hours over ninety large populations.
 const LONGEST_S: f64 = 1.0;
 
-/// Time \[s\] that this many candidates take the GPU, by what fewer took with the first variant; `None` before those are measured.
+/// Time \[s\] of this many candidates on the GPU, from the times of fewer with the first variant; `None` before those are measured.
 fn expected_s(rows: &[Row], population: usize) -> Option<f64> {
     let fewer = |row: &&Row| row.evaluator == "gpu" && row.precision == "plain" && row.variant == rows[0].variant;
     let largest = rows.iter().filter(fewer).max_by_key(|row| row.population)?;

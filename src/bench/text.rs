@@ -68,7 +68,7 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
     for what in &report.left_out {
         textwrap::wrap(&format!("not measured: {what}"), 80).iter().try_for_each(|line| writeln!(text, "{line}"))?;
     }
-    // Of several evaluators with the same kernel the first one had it compiled.
+    // Of several evaluators with the same kernel the first one has compiled it.
     let mut told = Vec::new();
     for row in report.rows.iter().filter(|r| r.first_dispatch_s > 0.0 && report.shown.contains(&r.variant)) {
         if told.contains(&(row.precision, &row.variant)) {
@@ -131,7 +131,7 @@ fn write_against_lanes(text: &mut String, report: &Report, rows: &[&Row]) -> std
     textwrap::wrap(&line, 80).iter().try_for_each(|line| writeln!(text, "{line}"))
 }
 
-/// A variant as the table names it; a law has no id.
+/// A variant, by its name in the table; a law has no id.
 fn numbered(row: &Row) -> String {
     match row.model_id {
         0 => row.variant.clone(),
@@ -175,7 +175,7 @@ fn write_ninety_on(
     writeln!(text, "slowest: variant {slowest} {name}, {ratio:.2} times slower than variant 1")
 }
 
-/// What a variant adds to its base.
+/// The parts that a variant adds to its base.
 fn extensions(variant: &Variant) -> String {
     let parts = [
         variant.delay.then_some("delay"),

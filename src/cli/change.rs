@@ -1,8 +1,8 @@
-//! Folders of results that change as a whole: whoever looks, at whatever moment, sees files of one result only.
+//! Folders of results that change as a whole: a reader sees files of one result only, at any moment.
 //!
 //! ```text
 //!  NEW/      files are written here; a process that is killed meanwhile has changed nothing
-//!  READY/    NEW renamed, in one step: from here on the change is made, by whoever comes next if need be
+//!  READY/    NEW renamed, in one step: from here on the change is complete; the next process finishes it if need be
 //!  the old files are removed, then the new ones moved into their places: never an old one beside a new one
 //! ```
 //!
@@ -20,9 +20,9 @@ use std::time::{Duration, Instant};
 
 const NEW: &str = ".leadlag-new";
 const READY: &str = ".leadlag-ready";
-/// In `READY`: one name per line, behind `- ` what is removed only, behind `+ ` what is put in its place, in this order.
+/// In `READY`: one name per line, after `- ` files to remove, after `+ ` files to put in place, in this order.
 const LIST: &str = ".list";
-/// Files that are renamed within a folder are in their places after so long, unless the process was killed: milliseconds on a disk,
+/// Renaming files within a folder takes at most this long, unless the process was killed: milliseconds on a disk,
 /// a second or two through a network.
 const PATIENCE: Duration = Duration::from_secs(10);
 
@@ -36,7 +36,7 @@ pub struct Change {
 }
 
 impl Change {
-    /// Begins a change of a folder, which is made where it is not there; waits for others that change it.
+    /// Begins a change of a folder, which is created if missing; waits for other processes that change it.
     pub fn begin(folder: &Path) -> anyhow::Result<Change> {
         output::make_folder(folder)?;
         let lock = locked(folder);
@@ -45,7 +45,7 @@ impl Change {
         Ok(Change { folder: folder.to_owned(), names: Vec::new(), _lock: lock })
     }
 
-    /// Writes a file; readers see it once the change is finished. The last one is what the result is known by.
+    /// Writes a file; readers see it once the change is finished. The last one marks the kind of the result.
     pub fn write(&mut self, name: &str, content: &[u8]) -> anyhow::Result<()> {
         fs::write(self.new_files().join(name), content)
             .with_context(|| format!("{}: cannot write the file", self.folder.join(name).display()))?;
@@ -57,7 +57,7 @@ impl Change {
         self.folder.join(NEW)
     }
 
-    /// Makes a file that is there already one of the new ones.
+    /// Includes an existing file in the new ones.
     pub fn take(&mut self, name: &str) -> anyhow::Result<()> {
         let place = self.folder.join(name);
         ensure!(!place.is_dir(), "{}: cannot write the file because a folder has this name", place.display());
@@ -67,7 +67,7 @@ impl Change {
         Ok(())
     }
 
-    /// Puts the new files in their places. What `before` names and the new result does not have is removed, and returned.
+    /// Puts the new files in place. Removes the files of `before` that the new result lacks, and returns their names.
     pub fn finish(self, before: Vec<String>) -> anyhow::Result<Vec<String>> {
         let is_stale = |name: &String| !self.names.contains(name) && self.folder.join(name).is_file();
         let stale: Vec<String> = BTreeSet::from_iter(before).into_iter().filter(is_stale).collect();
@@ -84,19 +84,19 @@ impl Change {
 
 impl Drop for Change {
     fn drop(&mut self) {
-        // Gone if it was finished; else nothing has changed.
+        // Removed if it was finished; otherwise nothing has changed.
         let _ = fs::remove_dir_all(self.new_files());
     }
 }
 
-/// Completes a change of which a killed process has made a part only. Whoever reads a folder of results does this first.
+/// Completes a change that a killed process has left unfinished. Every reader of a folder of results calls this first.
 pub fn settle(folder: &Path) -> anyhow::Result<()> {
-    // What `parent` says of a bare name.
+    // Result of `parent` for a bare name.
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     if folder.join(READY).exists() { complete(folder, locked(folder).as_ref()) } else { Ok(()) }
 }
 
-/// Makes the rest of a change that nobody is making any more: who holds the lock knows that, and who has none waits.
+/// Completes a change that no process is making any longer: the holder of the lock knows that, and a process without it waits.
 fn complete(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
     let began = Instant::now();
     while lock.is_none() && folder.join(READY).exists() && began.elapsed() < PATIENCE {
@@ -105,7 +105,7 @@ fn complete(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
     make(folder)
 }
 
-/// Completes what was begun, and removes what was not.
+/// Completes a change that was ready, and removes files of one that was not.
 fn clear(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
     complete(folder, lock)?;
     ignoring_absence(fs::remove_dir_all(folder.join(NEW)))
@@ -118,18 +118,18 @@ fn make(folder: &Path) -> anyhow::Result<()> {
     let list = match bounded::read_to_string(&ready.join(LIST), bounded::TEXT_MAX) {
         Ok(list) => list,
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            // The list goes last, so that the change is made: whoever may not remove the folder can still read.
+            // The list goes last, so that the change is complete: a process without the right to remove the folder can still read.
             let _ = fs::remove_dir_all(&ready);
             return Ok(());
         }
         Err(error) => return Err(error).with_context(|| format!("{}: cannot read the change", ready.display())),
     };
     let named = |sign: &str| list.lines().filter_map(|line| line.strip_prefix(sign)).collect::<Vec<_>>();
-    // The folder may come from somebody else, who must not reach what lies beside it.
+    // Another user may have made the folder, and must not gain access to files beside it.
     if let Some(name) = named("+ ").into_iter().chain(named("- ")).find(|name| !is_plain(name)) {
         bail!("{}: expected names of files in this folder, found {name:?}; remove the folder", ready.display());
     }
-    // What has been moved already is new.
+    // Files that have been moved already are new.
     let waiting: Vec<&str> = named("+ ").into_iter().filter(|name| ready.join(name).exists()).collect();
     let done = || {
         for name in named("- ").iter().chain(&waiting) {
@@ -139,7 +139,7 @@ fn make(folder: &Path) -> anyhow::Result<()> {
             fs::rename(ready.join(name), folder.join(name))?;
         }
         if let Ok(folder) = File::open(folder) {
-            // Not every file system can; then a machine that loses its power may lose the names.
+            // Some file systems cannot; then a machine that loses power may lose the names.
             let _ = folder.sync_all();
         }
         fs::remove_file(ready.join(LIST))?;
@@ -195,7 +195,7 @@ mod tests {
         names.iter().for_each(|name| change.write(name, content.as_bytes()).expect("room"));
     }
 
-    /// However far a killed process got, the next one completes the change, and nothing of it is left.
+    /// Wherever a process was killed, the next one completes the change and leaves nothing behind.
     #[test]
     fn a_change_is_completed_from_wherever_it_stopped() {
         for moved in 0..4 {
@@ -217,7 +217,7 @@ mod tests {
         }
     }
 
-    /// Two at once would each remove what the other has just put in its place.
+    /// Two at once would each remove the new files of the other.
     #[test]
     fn without_a_lock_a_change_is_left_to_who_makes_it() {
         let folder = tempfile::tempdir().expect("room");
@@ -229,7 +229,7 @@ mod tests {
             scope.spawn(|| {
                 std::thread::sleep(Duration::from_millis(200));
                 assert!(folder.join(READY).join("a").exists(), "a reader has meddled");
-                make(folder).expect("nobody else");
+                make(folder).expect("no other change");
             });
             complete(folder, None).expect("it was made");
         });

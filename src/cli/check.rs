@@ -1,4 +1,4 @@
-//! `leadlag check`: is a file a law or an extension, and what does it bring along?
+//! `leadlag check`: is a file a law or an extension, and what does it contain?
 
 use super::{Usage, output};
 use crate::api::extension::find;
@@ -67,7 +67,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What a file is, in a word.
+/// Kind of a file, in a word.
 fn kind(extension: &Extension) -> &'static str {
     match &extension.cause {
         _ if extension.is_law() => "law",
@@ -114,7 +114,7 @@ fn plot(law: &'static Extension) -> anyhow::Result<()> {
     super::plot::print_accelerations(&title, &spacings, &charts)
 }
 
-/// Accelerations are shown up to this one, either way \[m/s²\]: what is beyond would flatten the rest.
+/// Accelerations are shown up to this limit, in both directions \[m/s²\]: larger ones would flatten the rest.
 const SHOWN_MPS2: f64 = 6.0;
 
 /// The middle of the bounds of a parameter; of wide ones the geometric one.
@@ -125,7 +125,7 @@ fn middle(symbol: Symbol) -> f64 {
     bounds(symbol).map_or(0.0, middle)
 }
 
-/// The base models that an extension can be part of, or the parts that go with a law; an error if it can be part of none.
+/// The base models that an extension fits, or the parts that a law can have; an error if it fits none.
 fn fitting_bases(extension: &'static Extension) -> anyhow::Result<Vec<&'static str>> {
     let mut fitting = Vec::new();
     let mut first_problem = None;
@@ -142,7 +142,7 @@ fn fitting_bases(extension: &'static Extension) -> anyhow::Result<Vec<&'static s
     }
 }
 
-/// Parts that go with every law.
+/// Parts for every law.
 const LAW_PARTS: &str = "+delay+linear+mfc";
 
 /// Compiles an extension with a base model, or a law with parts.
@@ -180,7 +180,7 @@ fn described(extension: &Extension, bases: &[&str]) -> Result<String, std::fmt::
     }
     for symbol in &extension.parameters {
         let [lower, upper] = bounds(*symbol).unwrap_or_default();
-        let neutral = symbol.neutral().map_or(String::new(), |x| format!(", does nothing at {x}"));
+        let neutral = symbol.neutral().map_or(String::new(), |x| format!(", neutral at {x}"));
         let (name, unit) = (symbol.name(), symbol.unit());
         text += &wrapped(2, 4, &format!("{name} [{unit}] {lower} to {upper}{neutral}: {}", symbol.meaning()));
     }
@@ -194,7 +194,7 @@ fn described(extension: &Extension, bases: &[&str]) -> Result<String, std::fmt::
         writeln!(text, "  reads of the world: {}", extension.reads.join(", "))?;
     }
     if extension.is_law() {
-        let said = if extension.equilibrium { "as the file says" } else { "searched where it is needed" };
+        let said = if extension.equilibrium { "as the file says" } else { "searched when needed" };
         writeln!(text, "  spacing at constant speed: {said}")?;
     } else {
         writeln!(text, "  fits: {}", bases.join(", "))?;

@@ -1,4 +1,4 @@
-//! `leadlag columns`: a column map that is part of the program, as the text to begin one's own with.
+//! `leadlag columns`: a built-in column map as text, to start your own from.
 
 use super::{Usage, output};
 use crate::text::spelling::did_you_mean;
@@ -16,7 +16,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let Some((_, text)) = shipped.iter().find(|(name, _)| name.eq_ignore_ascii_case(&args.name)) else {
         let names: Vec<&str> = shipped.iter().map(|(name, _)| *name).collect();
         let near = did_you_mean(&args.name, names.iter().copied());
-        return Err(Usage(format!("no column map {}; shipped are {}{near}", args.name, names.join(", "))).into());
+        return Err(Usage(format!("no column map {}; built in are {}{near}", args.name, names.join(", "))).into());
     };
     output::print(text)
 }

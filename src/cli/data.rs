@@ -1,4 +1,4 @@
-//! Flags that say how measured files are read and prepared.
+//! Flags for reading and preparing measured files.
 
 use super::change::settle;
 use super::number::{finite, real, whole};
@@ -66,7 +66,7 @@ pub fn columns_help() -> String {
     format!("Column map of a table of another layout: {shipped} (`leadlag list columns`), or your own file")
 }
 
-/// What the spacing is anchored to.
+/// Anchor of the spacing.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
 pub enum ReconcileArg {
     /// The measured spacing; the position of the preceding vehicle is derived from it

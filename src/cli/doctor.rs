@@ -1,4 +1,4 @@
-//! `leadlag doctor`: GPUs, drivers, and what they do with arithmetic.
+//! `leadlag doctor`: GPUs, drivers, and their arithmetic.
 
 use super::output;
 use crate::evaluator::EvaluateError;
@@ -10,7 +10,7 @@ use std::fmt::Write;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// The adapter to examine [default: the one that would be used]
+    /// The adapter to examine [default: the one that auto would use]
     #[arg(long, value_name = "INDEX|PCI|NAME")]
     gpu: Option<String>,
     /// Print JSON
@@ -25,7 +25,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let choice = args.gpu.clone().map_or(AdapterChoice::Best, AdapterChoice::Named);
     let chosen = match Adapter::choose(&choice) {
         Ok(adapter) => Some(adapter),
-        // Without any adapter the answer is what to install; that is what one asks a doctor for.
+        // Without any adapter the output says what to install.
         Err(EvaluateError::Adapter { .. }) if adapters.is_empty() => None,
         Err(e) => return Err(e.into()),
     };
@@ -39,7 +39,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 fn report(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Value {
     let safe: Vec<&str> = modes(found).iter().filter(|mode| mode.safe).map(|mode| mode.name).collect();
     let adapter = |a: &Adapter| {
-        // Only what was examined is known.
+        // Only examined adapters are known.
         let safe_modes = chosen.filter(|chosen| chosen.index == a.index).map(|_| &safe);
         let limits: Map<String, Value> = a.limits().into_iter().map(|(name, x)| (name.to_owned(), x.into())).collect();
         json!({
@@ -95,7 +95,7 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
         text += &wrapped(
             5,
             15,
-            &format!("features: {}", if features.is_empty() { "none of those looked for" } else { &features }),
+            &format!("features: {}", if features.is_empty() { "none of the known ones" } else { &features }),
         );
     }
     if !chosen.is_hardware() {
@@ -103,16 +103,16 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
         text += &wrapped(
             0,
             0,
-            "There is no hardware GPU. The software adapter is right for tests, but --evaluator lanes is several times \
+            "There is no hardware GPU. The software adapter is good for tests, but --evaluator lanes is several times \
              faster on the same CPU.",
         );
     }
-    text += "\nWhat the driver does with arithmetic\n\n";
+    text += "\nArithmetic of the driver\n\n";
     for Probe { name, status, detail } in found {
         text += &wrapped(2, 30, &format!("{status:<8}{name:<20}{detail}"));
     }
     text += "\nok: correct; trap: wrong, but leadlag works around it; fail: unreliable.\n";
-    text += "\nWhat is safe on this adapter\n\n";
+    text += "\nModes that are safe on this adapter\n\n";
     for mode in modes(found) {
         let answer = if mode.safe { "yes" } else { "NO" };
         text += &wrapped(2, 24, &format!("{answer:<8}{:<14}{}", mode.name, mode.promise));
@@ -122,7 +122,7 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
         0,
         0,
         "Always on: no access outside of a buffer, a bound on every loop, NaN found by its bits, error terms hidden from the \
-         compiler, a power function of our own.",
+         compiler, leadlag's own power function.",
     );
     if !modes(found).iter().any(|mode| mode.name == "plain" && mode.safe) {
         text += "\n";

@@ -1,4 +1,4 @@
-//! `leadlag evaluate`: scores of parameter vectors that are given as rows.
+//! `leadlag evaluate`: scores of parameter vectors in rows.
 
 use super::calibrate::progress::rate;
 use super::evaluator::EvaluatorArgs;
@@ -59,7 +59,7 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-/// Rows that are given deserve all digits, and `lanes` in f64 is fast; how many there will be is not known.
+/// Given rows deserve all digits, and `lanes` in f64 is fast; the number of rows is not known before.
 const WORK: Work = Work { candidates: 1, precision: LanesPrecision::F64 };
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut library = Library::open(&args.data, layout, preparation)?;
     let shown = args.cases.display().to_string();
     let input = File::open(&args.cases).with_context(|| format!("{shown}: cannot open the cases"))?;
-    // It takes its place when it is complete: it may be the very file that is read.
+    // It takes its place when it is complete, because it may be the input file.
     let mut written = args.out.as_deref().map(output::begin_file).transpose()?;
     let output: Box<dyn Write + '_> = match &mut written {
         Some(file) => Box::new(BufWriter::new(file)),
@@ -121,7 +121,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     library.notes().iter().for_each(|note| eprintln!("{note}"));
     library.faults().iter().for_each(|fault| evaluator::warn(fault));
-    // What an interrupted run has written is complete up to there, and worth keeping.
+    // The rows of an interrupted run are complete and worth keeping.
     if let (Some(file), Some(out)) = (written, &args.out)
         && matches!(result, Ok(_) | Err(TableError::Interrupted(_)))
     {
@@ -143,7 +143,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if summary.with_unused > 0 {
         let names: Vec<&str> = summary.unused.iter().copied().collect();
         evaluator::warn(&format!(
-            "{shown}: {} of {} rows give parameters that their variant does not have, which changes nothing: {}",
+            "{shown}: {} of {} rows give parameters that their variant lacks; leadlag ignores them: {}",
             summary.with_unused,
             summary.rows,
             names.join(", ")
@@ -152,7 +152,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let Some((row, reason)) = summary.first_invalid else { return Ok(()) };
     let first = format!("the first of the invalid rows is row {row}: {reason}");
     if summary.invalid == summary.rows {
-        // A misspelt column or a wrong folder: nothing that was asked for was done.
+        // A misspelt column or a wrong folder: no row could be simulated.
         bail!("{shown}: no row could be simulated; {first}");
     }
     eprintln!("{first}");

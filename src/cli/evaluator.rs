@@ -48,7 +48,7 @@ pub enum PrecisionArg {
 }
 
 impl EvaluatorArgs {
-    /// An evaluator that was asked for by name is never replaced by another one.
+    /// An evaluator that the user names is never replaced by another one.
     pub fn selection(&self) -> anyhow::Result<Selection> {
         let selection = Selection {
             kind: match self.evaluator {
@@ -69,12 +69,12 @@ impl EvaluatorArgs {
     }
 }
 
-/// How an evaluator is asked for on the command line, and how the one that does what the reference cannot.
+/// The option for an evaluator, and the option for one that can replace the reference.
 pub const BY_FLAGS: [&str; 2] = ["--evaluator reference", "--evaluator lanes --precision f64"];
 /// The same in the plan of a study.
 pub const BY_PLAN: [&str; 2] = ["evaluator = \"reference\"", "evaluator = \"lanes\" and precision = \"f64\""];
 
-/// Refuses the reference for a variant of which it has no transcription: one with an extension of the user's own.
+/// Refuses the reference for a variant with an extension of the user, of which it has no transcription.
 pub fn transcribed(kind: Kind, variant: &Variant, [asked, instead]: [&str; 2]) -> anyhow::Result<()> {
     if kind != Kind::Reference || knows(variant) {
         return Ok(());
@@ -87,7 +87,7 @@ pub fn transcribed(kind: Kind, variant: &Variant, [asked, instead]: [&str; 2]) -
 
 static SAID: Mutex<Vec<String>> = Mutex::new(Vec::new());
 
-/// A warning, to stderr; what each of many evaluators would say is said once.
+/// A warning, to stderr; the same warning of several evaluators is printed once.
 pub fn warn(message: &str) {
     let Ok(mut said) = SAID.lock() else { return };
     if said.iter().all(|other| other != message) {

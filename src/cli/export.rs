@@ -13,7 +13,7 @@ use clap::ValueEnum;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// The vehicle type, and what the export is known by.
+/// The vehicle type, and the mark of an export.
 const TYPE: &str = "vtype.add.xml";
 const LOSS: &str = "loss.json";
 
@@ -74,8 +74,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let file = result_file(&args.result)?;
     if !file.exists() && args.result.join(FLEET).exists() {
         let message = format!(
-            "{0}: holds a fleet, and a vehicle type is of one result; `leadlag calibrate FILE --trajectory ID` with the settings of the fleet \
-             gives that of a pair, whose row in {0}/parameters.csv tells file, trajectory and `findings`",
+            "{0}: holds a fleet, and a vehicle type needs one result; `leadlag calibrate FILE --trajectory ID` with the settings of the fleet \
+             gives that of a pair, whose row in {0}/parameters.csv has file, trajectory and `findings`",
             args.result.display()
         );
         return Err(Usage(message).into());
@@ -132,7 +132,7 @@ fn comparison(suffix: &str) -> String {
     format!("comparison{suffix}.csv")
 }
 
-/// The files of the drives that the export which a folder holds was measured on; none without one.
+/// The files of the drives of the export in a folder; none without one.
 fn of_export(folder: &Path) -> Vec<String> {
     let count = Export::read(&folder.join(LOSS)).ok().flatten().map_or(0, |export| export.loss.len());
     let of_drive = |number| {

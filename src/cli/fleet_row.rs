@@ -15,10 +15,10 @@ use crate::wgsl::extension_named;
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 
-/// So many drivers are named in a message.
+/// Largest number of drivers in a message.
 const NAMED: usize = 5;
 
-/// The folder of a fleet, if a result that is given is one: the folder itself, its table or its `fleet.json`.
+/// The folder of a fleet, if a given result is one: the folder itself, its table or its `fleet.json`.
 pub fn folder_of(given: &Path) -> Option<PathBuf> {
     let is_file = given.file_name().is_some_and(|name| name == FLEET || name == "parameters.csv");
     let folder = if given.is_dir() { given } else { given.parent().filter(|_| is_file)? };
@@ -26,7 +26,7 @@ pub fn folder_of(given: &Path) -> Option<PathBuf> {
     folder.join(FLEET).is_file().then(|| folder.to_owned())
 }
 
-/// What was calibrated for a driver: the only one, or the one of this id, with the model that the fleet has chosen.
+/// The calibration of a driver: the only one, or the one of this id, with the model that the fleet has chosen.
 pub fn of_driver(folder: &Path, driver: Option<&str>) -> anyhow::Result<CalibratedVariant> {
     settle(folder)?;
     let path = folder.join(FLEET);
@@ -52,7 +52,7 @@ pub fn of_driver(folder: &Path, driver: Option<&str>) -> anyhow::Result<Calibrat
     };
     let variant = variant(&own.model).with_context(|| {
         format!(
-            "{}: expected a built-in model, found {}; a fleet keeps no text of a law or cause of one's own: calibrate this driver by itself",
+            "{}: expected a built-in model, found {}; a fleet does not keep the text of your own laws and causes: calibrate this driver separately",
             path.display(),
             own.model
         )

@@ -6,11 +6,11 @@ use super::evaluator::said;
 use crate::report::html::{MadeBy, RUN_VERSION};
 use std::path::{Path, PathBuf};
 
-/// What a calibration, a diagnosis and a fleet are known by.
+/// Files that mark a calibration, a diagnosis and a fleet.
 pub const RESULT: &str = "result.json";
 pub const DIAGNOSIS: &str = "diagnosis.json";
 pub const FLEET: &str = "fleet.json";
-/// The command that made them, and what it warned of. It differs from run to run, which results do not.
+/// The command that made them, and its warnings. It differs from run to run; results do not.
 pub const RUN: &str = "run.json";
 
 /// Refuses a folder that holds a result of another kind, some of whose files would be overwritten; `own` is a name for a folder in it.
@@ -22,20 +22,20 @@ pub fn refuse(folder: &Path, other: &str, own: &str) -> anyhow::Result<()> {
     let kind = if other == RESULT { "calibration" } else { "diagnosis" };
     let (shown, instead) = (folder.display(), folder.join(own));
     Err(Usage(format!(
-        "--out {shown}: the folder holds the {other} of a {kind}, and the files of another result would get mixed with its own; expected \
-         a folder for this one, such as --out {}",
+        "--out {shown}: the folder holds the {other} of a {kind}, and its files would mix with those of another result; expected \
+         another folder, such as --out {}",
         instead.display()
     ))
     .into())
 }
 
-/// Refuses a folder in which a result would replace one of its own input files; `is_own` tells the names of the result's files.
+/// Refuses a folder in which a result would replace one of its own input files; `is_own` recognises the names of the result's files.
 pub fn spare<'a>(
     folder: &Path,
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     is_own: impl Fn(&str) -> bool,
 ) -> Result<(), Usage> {
-    // A folder or file that is not there yet cannot be the other.
+    // A missing folder or file cannot be the other.
     let Ok(here) = folder.canonicalize() else { return Ok(()) };
     let replaced = inputs.into_iter().filter_map(|input| input.canonicalize().ok()).find(|input| {
         let name = input.file_name().and_then(|name| name.to_str());
@@ -56,7 +56,7 @@ pub fn part(id: &str) -> String {
     id.chars().map(|c| if c.is_ascii_alphanumeric() || "-._".contains(c) { c } else { '_' }).collect()
 }
 
-/// The files that the calibration which a folder holds has there by its trajectories; none without a result.
+/// The files of the calibration in a folder, by its trajectories; none without a result.
 pub fn of_calibration(folder: &Path) -> Vec<String> {
     let count = counted(&folder.join(RESULT), "data");
     let suffixes = (1..=count).map(|i| if count == 1 { String::new() } else { format!("_{i}") });
@@ -68,7 +68,7 @@ pub const RACE: &str = "race.svg";
 /// The bounds of the recommended model.
 pub const RECOMMENDED_BOUNDS: &str = "bounds.toml";
 
-/// The tables and pictures that the diagnosis which a folder holds has there; none without one.
+/// The tables and pictures of the diagnosis in a folder; none without one.
 pub fn of_diagnosis(folder: &Path) -> Vec<String> {
     let count = counted(&folder.join(DIAGNOSIS), "drives");
     let of_drive = |i: usize| {
@@ -79,27 +79,27 @@ pub fn of_diagnosis(folder: &Path) -> Vec<String> {
     (1..=count).flat_map(of_drive).chain(whole).collect()
 }
 
-/// Number of entries of a list in a JSON file; 0 if there is none.
+/// Number of entries of a list in a JSON file; 0 without the list.
 fn counted(path: &Path, list: &str) -> usize {
     let text = crate::text::bounded::read_to_string(path, crate::text::bounded::RESULT_MAX).unwrap_or_default();
     let json: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
     json[list].as_array().map_or(0, Vec::len)
 }
 
-/// Finishes the change of a folder: what an earlier result left there, `before`, and the new one has not, is removed, and that is said.
+/// Finishes the change of a folder: removes the files of an earlier result, `before`, that the new one lacks, with a message.
 pub fn finish(mut change: Change, folder: &Path, mut before: Vec<String>) -> anyhow::Result<()> {
     match super::given() {
         Some(command) => {
             let made = MadeBy { schema_version: RUN_VERSION, command, warnings: said() };
             change.write(RUN, (serde_json::to_string_pretty(&made)? + "\n").as_bytes())?;
         }
-        // Of the library there is none, and that of an earlier command is not that of this result.
+        // The library has none, and that of an earlier command does not belong to this result.
         None => before.push(RUN.to_owned()),
     }
     let stale = change.finish(before)?;
     if !stale.is_empty() {
         let (shown, names) = (folder.display(), stale.join(", "));
-        eprintln!("removed from {shown} what an earlier result had left there: {names}");
+        eprintln!("removed from {shown} files of an earlier result: {names}");
     }
     Ok(())
 }

@@ -1,4 +1,4 @@
-//! Ctrl-C, and SIGTERM where there is one: the first asks to stop and keep what was found, the second ends at once.
+//! Ctrl-C, and SIGTERM on Unix: the first asks to stop and keeps partial results, the second ends at once.
 
 use std::sync::atomic::{AtomicBool, Ordering};
 
@@ -9,7 +9,7 @@ pub fn watch() {
     watch_saying("results so far are kept");
 }
 
-/// The same, with what becomes of what was found so far.
+/// The same, with a message on the partial results.
 pub fn watch_saying(then: &'static str) {
     // Fails only where a handler exists already; Ctrl-C then just ends the program.
     let _ = ctrlc::set_handler(move || ask(130, &format!("\nstopping: {then} (Ctrl-C again ends at once)")));
@@ -17,7 +17,7 @@ pub fn watch_saying(then: &'static str) {
     watch_termination(then);
 }
 
-/// Asks to stop, or ends the program with a status if that was asked before.
+/// Asks to stop, or ends the program with a status at the second time.
 fn ask(status: i32, message: &str) {
     if ASKED.swap(true, Ordering::SeqCst) {
         std::process::exit(status);
@@ -25,18 +25,18 @@ fn ask(status: i32, message: &str) {
     eprintln!("{message}");
 }
 
-/// What schedulers send when the time of a job is over. SIGHUP stays as it was: under `nohup` it must not stop a run.
+/// Schedulers send this when the time of a job is over. SIGHUP keeps its default: under `nohup` it must not stop a run.
 #[cfg(unix)]
 fn watch_termination(then: &'static str) {
     use signal_hook::consts::SIGTERM;
-    // Where a signal cannot be watched, it ends the program as ever.
+    // If a signal cannot be watched, it ends the program as usual.
     let Ok(mut signals) = signal_hook::iterator::Signals::new([SIGTERM]) else { return };
     let message = format!("stopping: {then} (SIGTERM again ends at once)");
     let each = move || signals.forever().for_each(|signal| ask(128 + signal, &message));
     let _ = std::thread::Builder::new().spawn(each);
 }
 
-/// True once somebody has asked to stop.
+/// True after a request to stop.
 pub fn asked() -> bool {
     ASKED.load(Ordering::SeqCst)
 }

@@ -1,4 +1,4 @@
-//! Progress where no bar can be drawn: a plain line now and then, for the log of a run that nobody watches.
+//! Progress without a bar: a plain line from time to time, for the log of an unattended run.
 
 use std::io::IsTerminal;
 use std::time::{Duration, Instant};
@@ -6,7 +6,7 @@ use std::time::{Duration, Instant};
 /// Seconds between two lines.
 const VARIABLE: &str = "LEADLAG_PROGRESS_S";
 
-/// Often enough to see that it goes on, seldom enough that a day fits a screen or two.
+/// Often enough to show progress, seldom enough that a day fits a screen or two.
 const EVERY: Duration = Duration::from_secs(60);
 
 /// The lines of one command; none where stderr is a terminal, which has the bar, or with `--quiet`.

@@ -60,7 +60,7 @@ type Entry = (Value, String);
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let narrowed = args.model.is_some() || args.vehicle.is_some();
     if narrowed && !matches!(args.topic, Topic::Parameters) {
-        return Err(Usage("--model and --vehicle go with `leadlag list parameters`".to_owned()).into());
+        return Err(Usage("--model and --vehicle need `leadlag list parameters`".to_owned()).into());
     }
     let entries = match args.topic {
         Topic::Variants => Variant::all().map(|v| variant(&v)).collect(),
@@ -140,7 +140,7 @@ fn cause(extension: &Extension) -> Option<Entry> {
         text += &wrapped(4, 4, &format!("confused with: {}", cause.confounded_with.join(", ")));
     }
     if let Some(experiment) = &cause.experiment {
-        text += &wrapped(4, 4, &format!("told apart by: {experiment}"));
+        text += &wrapped(4, 4, &format!("distinguished by: {experiment}"));
     }
     Some((value, text.trim_end().to_owned()))
 }
@@ -164,7 +164,7 @@ fn columns() -> anyhow::Result<Vec<Entry>> {
     ColumnMap::shipped().iter().map(entry).collect()
 }
 
-/// Everything that `--gof` takes, but for weights. Those of the authors' table are columns of `evaluate`, too.
+/// Every value of `--gof`, without weights. Those of the authors' table are columns of `evaluate`, too.
 fn gof() -> Vec<Entry> {
     let signals = ["s", "v", "a", "sv", "sa", "va", "sva"];
     let all = ["rmse", "rmspe", "nrmse", "u"].iter().flat_map(|kind| signals.map(|of| format!("{kind}_{of}")));

@@ -2,12 +2,12 @@
 //!
 //! Results go to stdout, progress and warnings to stderr; exit 0 done, 1 failed, 2 wrong usage.
 
-// Everything that goes to stderr is progress, a hint or a warning here, so `--quiet` is heard in one place: the modules below
+// All output to stderr here is progress, a hint or a warning, so `--quiet` is handled in one place: the modules below
 // see this macro instead of the standard one.
 macro_rules! eprintln {
     ($($text:tt)*) => {
         if !$crate::cli::output::is_quiet() {
-            // Nobody listening is no reason to stop.
+            // A closed output is no reason to stop.
             let _ = ::std::io::Write::write_fmt(&mut ::std::io::stderr(), format_args!("{}\n", $crate::text::shown::lines(&::std::format!($($text)*))));
         }
     };
@@ -60,13 +60,13 @@ const EXAMPLES: &str = "Examples:
 Exit codes: 0 done, 1 failed, 2 wrong usage. Results go to stdout, all else to stderr.
 All flags of a verb: leadlag VERB --help. Manual pages: leadlag man --out DIR.";
 
-/// Widest lines of the help, which never takes more than the terminal has; 80 where neither the terminal nor COLUMNS tells.
+/// Widest lines of the help, which never exceeds the terminal; 80 if neither the terminal nor COLUMNS gives a width.
 fn help_width() -> usize {
     let told = std::env::var("COLUMNS").is_ok_and(|text| text.parse::<usize>().is_ok());
     if told || terminal_size::terminal_size().is_some() { 100 } else { 80 }
 }
 
-/// What every verb takes comes last in its help.
+/// Flags of every verb come last in its help.
 const GLOBAL: &str = "Global options";
 
 /// Calibrates and validates car-following and ACC models against measured trajectories.
@@ -158,24 +158,24 @@ enum Command {
     Man(man::Args),
 }
 
-/// The whole command line, for what describes it.
+/// The whole command line, to generate descriptions from.
 fn command() -> clap::Command {
     Cli::command()
 }
 
-/// A command that was done, and whose exit code says more.
+/// A finished command with a special exit code.
 #[derive(Debug, thiserror::Error)]
 #[error("exit code {0}")]
 pub(crate) struct Exit(pub u8);
 
-/// True if the command line itself asked for something that cannot be, whatever the data.
+/// True if the command line itself is invalid, whatever the data.
 fn is_usage(error: &anyhow::Error) -> bool {
     crate::api::error::is_usage(error) || error.downcast_ref().is_some_and(study::is_usage)
 }
 
 static GIVEN: OnceLock<String> = OnceLock::new();
 
-/// The command that was given; none where a program uses the library.
+/// The command; none where a program uses the library.
 fn given() -> Option<String> {
     GIVEN.get().cloned()
 }
@@ -191,7 +191,7 @@ pub fn run<Word: Into<OsString> + Clone>(words: impl IntoIterator<Item = Word>) 
     let cli = match Cli::try_parse_from(words) {
         Ok(cli) => cli,
         Err(error) => {
-            // Nobody listening changes nothing about the status.
+            // A closed output does not change the status.
             let _ = error.print();
             return u8::try_from(error.exit_code()).unwrap_or(1);
         }
@@ -205,23 +205,23 @@ pub fn run<Word: Into<OsString> + Clone>(words: impl IntoIterator<Item = Word>) 
     }
     let say = |line: String| drop(writeln!(std::io::stderr(), "{}", crate::text::shown::lines(&line)));
     say(format!("error: {error}"));
-    // A cause that is already quoted is not said twice.
+    // Does not repeat a cause that is already quoted.
     let said = error.to_string();
     let causes = error.chain().skip(1).map(ToString::to_string);
     causes.filter(|cause| !said.contains(cause.as_str())).for_each(|cause| say(format!("  because: {cause}")));
     if is_usage(&error) { 2 } else { 1 }
 }
 
-/// Writes what `calibrate --out` writes, but for the time that it took: `result.json`, and per drive the simulation as table and picture.
+/// Writes the files of `calibrate --out` without the time: `result.json`, and per drive the simulation as table and picture.
 ///
 /// # Errors
-/// When a drive lacks what the model needs, or the folder cannot be written.
+/// For a drive that lacks data of the model, or a folder that cannot be written.
 pub fn save(fit: &Fit, drives: &[&Drive], folder: &Path) -> Result<(), Error> {
     let (loaded, cases) = fit.cases(drives)?;
     Ok(calibrate::write::files(folder, fit.result(), &cases, &loaded, None)?)
 }
 
-/// Writes what `diagnose --out` writes: `diagnosis.json`, tables and pictures.
+/// Writes the files of `diagnose --out`: `diagnosis.json`, tables and pictures.
 ///
 /// # Errors
 /// When the folder cannot be written.
@@ -233,14 +233,14 @@ pub fn save_findings(findings: &Findings, folder: &Path) -> Result<(), Error> {
 /// The page that `report` makes of the main file of a folder: `result.json`, `diagnosis.json`, `fleet.json` or `tasks.jsonl`.
 ///
 /// # Errors
-/// When the file is none of these.
+/// For any other file.
 pub fn page(file: &Path) -> Result<String, Error> {
     Ok(report::page(file)?)
 }
 
 /// Starts the threads and runs one command.
 fn start(cli: Cli) -> anyhow::Result<()> {
-    // Now, for where the first work starts them they cannot fail but by a panic.
+    // Now, because a failure where the first work starts them would be a panic.
     rayon::ThreadPoolBuilder::new().num_threads(cli.threads.map_or(0, usize::from)).build_global().context(
         "cannot start the threads: ask for fewer with --threads N, or allow this process more threads or memory (`ulimit -u`, \
          `ulimit -v`)",

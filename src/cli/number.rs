@@ -1,4 +1,4 @@
-//! Numbers on the command line: what is refused is told the range.
+//! Numbers on the command line: an error gives the range.
 
 use std::fmt::Display;
 use std::str::FromStr;

@@ -11,7 +11,7 @@ static QUIET: AtomicBool = AtomicBool::new(false);
 
 /// `--quiet`: nothing but errors goes to stderr from now on.
 pub fn set_quiet(quiet: bool) {
-    // A verb that runs others (demo) must not make them loud again.
+    // A verb that runs others (demo) must not reset `--quiet`.
     QUIET.fetch_or(quiet, Ordering::Relaxed);
 }
 
@@ -33,7 +33,7 @@ thread_local! {
     static CAPTURED: RefCell<Option<String>> = const { RefCell::new(None) };
 }
 
-/// Runs a command; what it would print comes back instead.
+/// Runs a command and returns its output.
 pub fn captured(run: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<String> {
     CAPTURED.set(Some(String::new()));
     let done = run();
@@ -41,12 +41,12 @@ pub fn captured(run: impl FnOnce() -> anyhow::Result<()>) -> anyhow::Result<Stri
     done.map(|()| text)
 }
 
-/// Prints a result to stdout; what could move a cursor in it is shown as an escape, which is valid in JSON, too.
+/// Prints a result to stdout; characters that could move a cursor become escapes, which are valid in JSON, too.
 pub fn print(text: &str) -> anyhow::Result<()> {
     print_as_is(&crate::text::shown::lines(text))
 }
 
-/// Prints text that holds nothing of others.
+/// Prints text without foreign content.
 pub fn print_as_is(text: &str) -> anyhow::Result<()> {
     if CAPTURED.with_borrow_mut(|captured| captured.as_mut().map(|all| all.push_str(text)).is_some()) {
         return Ok(());
@@ -55,16 +55,16 @@ pub fn print_as_is(text: &str) -> anyhow::Result<()> {
     stdout.write_all(text.as_bytes()).and_then(|()| stdout.flush()).context("stdout: cannot write the result")
 }
 
-/// Stdout for a table, whose bytes are left as they are; only a terminal is shown escapes in their place.
+/// Stdout for a table, whose bytes stay unchanged; only a terminal is shown escapes in their place.
 pub fn table() -> Box<dyn Write> {
     let stdout = std::io::stdout();
     if stdout.is_terminal() { Box::new(Shown { inner: stdout, line: Vec::new() }) } else { Box::new(stdout) }
 }
 
-/// Shows what could move a cursor as an escape, line by line.
+/// Replaces characters that could move a cursor by escapes, line by line.
 struct Shown<W> {
     inner: W,
-    /// What has come of a line that has not ended.
+    /// The part of a line that has not ended.
     line: Vec<u8>,
 }
 
@@ -85,7 +85,7 @@ impl<W: Write> Write for Shown<W> {
     }
 }
 
-/// Says that a spreadsheet would run a text of a table; programs read it as it is.
+/// Warns that a spreadsheet would run a text of a table; programs read it as text.
 pub fn warn_of_formula(file: &Path, table: &crate::study::table::Table) {
     if let Some(text) = crate::report::csv::formula(table) {
         let (file, clipped) = (file.display(), text.chars().take(40).collect::<String>());
@@ -100,7 +100,7 @@ pub fn print_json(value: &impl serde::Serialize) -> anyhow::Result<()> {
     print(&(serde_json::to_string_pretty(value)? + "\n"))
 }
 
-/// Begins a file that takes its place when it is finished; what killed processes left of it is removed.
+/// Starts a file that takes its place when it is finished; leftovers of killed processes are removed.
 pub fn begin_file(path: &Path) -> anyhow::Result<Whole> {
     whole::clean(path);
     Whole::create(path).with_context(|| format!("{}: cannot write the file", path.display()))
@@ -111,14 +111,14 @@ pub fn finish_file(file: Whole, path: &Path) -> anyhow::Result<()> {
     file.finish().with_context(|| format!("{}: cannot write the file", path.display()))
 }
 
-/// Writes a file whole or not at all.
+/// Writes a file completely, or leaves the old one.
 pub fn write_file(path: &Path, content: &[u8]) -> anyhow::Result<()> {
     let mut file = begin_file(path)?;
     file.write_all(content).with_context(|| format!("{}: cannot write the file", path.display()))?;
     finish_file(file, path)
 }
 
-/// A number with the word for what it counts: `1 run`, `2 runs`, `2 trajectories`.
+/// A number with the noun that it counts: `1 run`, `2 runs`, `2 trajectories`.
 pub fn counted(number: u64, word: &str) -> String {
     match (number, word.strip_suffix('y')) {
         (1, _) => format!("1 {word}"),
@@ -138,7 +138,7 @@ pub fn write_error(source: csv::Error, path: Option<&Path>) -> anyhow::Error {
     anyhow::Error::new(source).context(format!("{place}: cannot write the results"))
 }
 
-/// True if the reader of stdout has gone away (`| head`), which is no failure.
+/// True if the reader of stdout has closed it (`| head`), which is not a failure.
 pub fn is_broken_pipe(error: &anyhow::Error) -> bool {
     error.chain().any(|cause| {
         let io = cause.downcast_ref::<std::io::Error>().map(std::io::Error::kind);

@@ -4,7 +4,7 @@ use super::output;
 use crate::report::terminal::{Curve, chart};
 use std::io::IsTerminal;
 
-/// Columns where stdout is no terminal.
+/// Columns without a terminal.
 const COLUMNS: usize = 80;
 /// Marks and colours of the measured car, of the model, of its extension.
 const STYLES: [(char, Option<u8>); 3] = [('.', None), ('x', Some(33)), ('o', Some(36))];

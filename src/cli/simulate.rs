@@ -47,7 +47,7 @@ pub struct Args {
     data: DataArgs,
 }
 
-/// A calibrated variant with what its file says about vehicle and data.
+/// A calibrated variant with the vehicle and data of its file.
 struct Calibrated {
     path: PathBuf,
     vehicle: Option<VehicleEntry>,
@@ -67,7 +67,7 @@ struct Simulated {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(out) = &args.out {
-        // Its simulation.csv is that of the drive that was calibrated on.
+        // Its simulation.csv is that of the calibrated drive.
         let own = args.file.file_stem().unwrap_or_default().to_string_lossy();
         folder::refuse(out, folder::RESULT, &own)?;
         folder::refuse(out, folder::DIAGNOSIS, &own)?;
@@ -103,7 +103,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let loaded = load(args, model, &recording, run)?;
         let parameters = &model.variant.parameters;
         let mut case = model.variant.case(&loaded.trajectory, loaded.vehicle())?;
-        // Behind the simulated car ahead, where that one was simulated.
+        // Behind the simulated car ahead, if it was simulated.
         let number = loaded.trajectory.follower;
         let ahead = done.last().filter(|car| car.loaded.trajectory.follower + 1 == number);
         let follows = ahead.is_some();
@@ -159,8 +159,8 @@ fn followers(recording: &Recording) -> Vec<Option<usize>> {
     pairs.map(|pair| Some(pair[0].number)).collect()
 }
 
-/// The follower with the vehicle that was calibrated, unless the flags name another one. What differs from the
-/// calibration is said.
+/// The follower with the vehicle that was calibrated, unless the flags name another one. Prints differences from the
+/// calibration.
 fn load(
     args: &Args,
     model: &Calibrated,
@@ -189,7 +189,7 @@ fn load(
     Ok(loaded)
 }
 
-/// A vehicle file that is not found from here, but is from the folder of the result file.
+/// A vehicle file that is found from the folder of the result file, but not from here.
 fn beside(vehicle: &str, result: &Path) -> String {
     let Some((table, name)) = vehicle.rsplit_once('#') else { return vehicle.to_owned() };
     let there = result.parent().unwrap_or(Path::new(".")).join(table);
@@ -253,7 +253,7 @@ fn text(done: &[Simulated]) -> String {
     text
 }
 
-/// A measure, or that it does not exist (of a signal that is zero throughout).
+/// A measure, or a note that it is undefined (for a signal that is zero throughout).
 fn number(x: f64) -> String {
     if x.is_finite() { format!("{x:.6}") } else { "undefined".to_owned() }
 }

@@ -15,7 +15,7 @@ use clap::builder::{PossibleValuesParser, TypedValueParser};
 use std::path::{Path, PathBuf};
 use strum::VariantArray;
 
-/// Followers that a platoon has at most.
+/// Largest number of followers of a platoon.
 const FOLLOWERS: u8 = 4;
 
 #[derive(Debug, clap::Args)]
@@ -81,7 +81,7 @@ fn bases() -> impl TypedValueParser<Value = Base> {
     PossibleValuesParser::new(names).map(|name| name.parse().expect("one of them"))
 }
 
-/// An effect, with the nearest name if there is no such one.
+/// An effect; for an unknown name, the nearest one.
 pub fn effect(text: &str) -> Result<Effect, String> {
     text.parse().map_err(|error| match &error {
         EffectError::Unknown { found } => {
@@ -149,7 +149,7 @@ pub fn write(drive: &Synthetic, out: &Path, pairs: bool) -> anyhow::Result<Vec<S
     Ok(names)
 }
 
-/// What is asked for.
+/// The requested drives.
 fn scenario(args: &Args) -> anyhow::Result<Scenario> {
     let mut scenario = Scenario { seed: args.seed, road_seed: args.road_seed, ..Scenario::default() };
     scenario.profile = match LEADERS.into_iter().find(|(name, _)| *name == args.leader) {
@@ -188,7 +188,7 @@ fn scenario(args: &Args) -> anyhow::Result<Scenario> {
     }
 }
 
-/// The ways in which a platoon leader drives by itself.
+/// Manoeuvres of a platoon leader.
 const LEADERS: [(&str, Profile); 3] =
     [("cruise", Profile::Cruise), ("stop-and-go", Profile::StopAndGo), ("restless", Profile::Restless)];
 
@@ -198,7 +198,7 @@ fn recorded(file: &Path) -> anyhow::Result<Trajectory> {
     if !file.exists() && file.extension().is_none() {
         let kinds = LEADERS.map(|(name, _)| name);
         let message = format!(
-            "--leader {given}: expected {} or a measured file, and there is no such file{}",
+            "--leader {given}: expected {} or a measured file, found no such file{}",
             kinds.join(", "),
             did_you_mean(&given, kinds)
         );

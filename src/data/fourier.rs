@@ -1,4 +1,4 @@
-//! Discrete Fourier transform of real samples, in powers of two: all that spectra of signals need.
+//! Discrete Fourier transform of real samples, in powers of two, for spectra of signals.
 
 /// |X_k|² for k = 0 to n/2 of real samples, filled up with zeros to a power of two.
 #[must_use]

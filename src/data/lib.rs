@@ -1,4 +1,4 @@
-//! Measured trajectories: import, checks, preparation; vehicles; statistics, words and files that every floor needs.
+//! Measured trajectories: import, checks, preparation; vehicles; statistics, words and files that every layer needs.
 //!
 //! Part of leadlag. Its interface may change with any version; depend on `leadlag`.
 

@@ -11,7 +11,7 @@ pub struct Number {
     pub value: f64,
     /// Its unit; `-` for none.
     pub unit: &'static str,
-    /// What it decides, and why it is what it is.
+    /// Meaning of the number, and the reason for its value.
     pub reason: &'static str,
 }
 

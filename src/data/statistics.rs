@@ -1,6 +1,6 @@
-//! Means, medians, quantiles, rank correlation: one home for all rooms. It knows numbers only.
+//! Means, medians, quantiles, rank correlation, in one place. It knows numbers only.
 
-/// Quantile of values by linear interpolation between the two nearest (R's type 7); `None` of none.
+/// Quantile of values by linear interpolation between the two nearest (R's type 7); `None` without values.
 #[must_use]
 pub fn quantile(values: &[f64], q: f64) -> Option<f64> {
     let mut sorted = values.to_vec();
@@ -23,7 +23,7 @@ pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// The value that this share of the values lie below, one of them; `None` of none.
+/// The value that this share of the values lie below, one of them; `None` without values.
 #[must_use]
 pub fn order_statistic(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
@@ -31,13 +31,13 @@ pub fn order_statistic(values: impl IntoIterator<Item = f64>, share: f64) -> Opt
     Some(*values.select_nth_unstable_by(place, f64::total_cmp).1)
 }
 
-/// The median as one of the values: of an even number, the upper of the two in the middle; `None` of none.
+/// The median as one of the values: of an even number, the upper of the two in the middle; `None` without values.
 #[must_use]
 pub fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     order_statistic(values, 0.5)
 }
 
-/// Standard error of the sum of samples that depend on their neighbours, and how many independent ones would have the same. Autocovariances
+/// Standard error of the sum of samples that depend on their neighbours, and the equivalent number of independent ones. Autocovariances
 /// count up to the first two neighbouring lags whose sum is not positive (C. J. Geyer, Statistical Science 7, 1992).
 #[must_use]
 pub fn sum_of_dependent(samples: &[f64]) -> (f64, f64) {
@@ -55,7 +55,7 @@ pub fn sum_of_dependent(samples: &[f64]) -> (f64, f64) {
     ((variance * ratio).sqrt(), n as f64 / ratio)
 }
 
-/// Root mean square of the finite values; `None` of none.
+/// Root mean square of the finite values; `None` without any.
 #[must_use]
 pub fn rms(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (mut squares, mut n) = (0.0, 0_usize);
@@ -66,7 +66,7 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     (n > 0).then(|| (squares / n as f64).sqrt())
 }
 
-/// Standard deviation of normal values by the median of their absolute values, on which a few outliers have no hold; `None` without a
+/// Standard deviation of normal values by the median of their absolute values, which a few outliers do not change; `None` without a
 /// finite value. Half of a normal distribution lies within 0.6745 standard deviations; 1.4826 is the inverse.
 #[must_use]
 pub fn robust_scale(values: impl IntoIterator<Item = f64>) -> Option<f64> {
@@ -74,7 +74,7 @@ pub fn robust_scale(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     upper_median(sizes).map(|median| 1.4826 * median)
 }
 
-/// What a box plot shows.
+/// Values of a box plot.
 #[derive(Debug, Clone, PartialEq)]
 pub struct BoxStatistics {
     /// First quartile, median, third quartile.

@@ -1,4 +1,4 @@
-//! Files that are written whole or not at all, whatever happens to the process or the machine: under another name first, flushed to
+//! Files that are written completely or not at all, whatever happens to the process or the machine: under another name first, flushed to
 //! the disk, then renamed.
 
 use std::fs::{self, File, TryLockError};
@@ -8,17 +8,17 @@ use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
-/// Ending of files that are being written; whoever finds one knows that it is no result.
+/// Ending of files that are being written and are no results.
 pub const TEMPORARY: &str = "tmp";
 
-/// A temporary file that nobody has written to for so long is left over: writing one takes seconds.
+/// A temporary file not written to for this long is a leftover: writing one takes seconds.
 pub const LEFT_OVER: Duration = Duration::from_secs(3600);
 
 /// A file that is being written; it takes its place when it is finished.
 #[derive(Debug)]
 pub struct Whole {
     path: PathBuf,
-    /// Where it is until then; none for what is no file, such as `/dev/stdout`. A lock tells that it is still written to.
+    /// Its temporary path; none for a special file, such as `/dev/stdout`. A lock shows that it is still written to.
     temporary: Option<PathBuf>,
     file: File,
 }
@@ -35,9 +35,9 @@ impl Whole {
         loop {
             let temporary = path.with_extension(unique());
             let file = File::create_new(&temporary)?;
-            // Where files cannot be locked, `clean` goes by their age.
+            // If files cannot be locked, `clean` decides by their age.
             let _ = file.lock();
-            // Before the lock, `clean` may have taken it for a file that was left over.
+            // Before the lock, `clean` may have removed it as a leftover.
             if temporary.exists() {
                 return Ok(Whole { path: path.to_owned(), temporary: Some(temporary), file });
             }
@@ -47,13 +47,13 @@ impl Whole {
     /// Puts the file in its place.
     ///
     /// # Errors
-    /// When it cannot be written to the disk; nothing of it is left then.
+    /// When it cannot be written to the disk; then nothing of it remains.
     pub fn finish(mut self) -> io::Result<()> {
         let Some(temporary) = &self.temporary else { return self.file.flush() };
         self.file.sync_all()?;
         fs::rename(temporary, &self.path)?;
         self.temporary = None;
-        // The name is safe once the folder is. Not every file system can do that; without it a power cut may bring the old file back.
+        // The name is safe once the folder is. Some file systems cannot do that; then a power cut may bring the old file back.
         if let Ok(folder) = File::open(folder_of(&self.path)) {
             let _ = folder.sync_all();
         }
@@ -83,19 +83,19 @@ impl Drop for Whole {
 /// Writes a file.
 ///
 /// # Errors
-/// When it cannot be written; nothing of it is left then.
+/// When it cannot be written; then nothing of it remains.
 pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
     let mut file = Whole::create(path)?;
     file.write_all(content)?;
     file.finish()
 }
 
-/// Removes what killed processes left beside a file that they were writing.
+/// Removes leftovers of killed processes beside a file that they were writing.
 pub fn clean(path: &Path) {
     let Some(stem) = path.file_stem().and_then(|stem| stem.to_str()) else { return };
     for entry in fs::read_dir(folder_of(path)).into_iter().flatten().flatten() {
         if entry.file_name().to_str().is_some_and(|name| is_temporary_of(name, stem)) && is_left_over(&entry.path()) {
-            // Best effort: it does no harm where it is.
+            // Best effort: a leftover does no harm.
             let _ = fs::remove_file(entry.path());
         }
     }
@@ -111,13 +111,13 @@ fn is_left_over(temporary: &Path) -> bool {
     }
 }
 
-/// True if a file has not been written to for so long that nobody can still be writing it.
+/// True if a file has not been written to for so long that no process can still be writing it.
 #[must_use]
 pub fn is_old(file: &fs::Metadata) -> bool {
     file.modified().is_ok_and(|written| written.elapsed().is_ok_and(|age| age > LEFT_OVER))
 }
 
-/// An extension that no other writer takes. In containers processes of several machines have the same number; hardly any two began to
+/// An extension that no other writer uses. In containers processes of several machines have the same number; hardly any two began to
 /// write in the same nanosecond.
 fn unique() -> String {
     static COUNTER: AtomicU64 = AtomicU64::new(0);
@@ -127,7 +127,7 @@ fn unique() -> String {
     format!("{}-{:x}-{number}.{TEMPORARY}", std::process::id(), *BEGAN)
 }
 
-/// True for `STEM.` and what [`unique`] gives; files of users may end in `.tmp`, too.
+/// True for `STEM.` and a suffix of [`unique`]; files of users may end in `.tmp`, too.
 fn is_temporary_of(name: &str, stem: &str) -> bool {
     let middle = name.strip_prefix(stem).and_then(|rest| rest.strip_prefix('.')?.strip_suffix(".tmp"));
     let parts: Vec<&str> = middle.map_or(Vec::new(), |middle| middle.split('-').collect());
@@ -136,7 +136,7 @@ fn is_temporary_of(name: &str, stem: &str) -> bool {
 }
 
 fn folder_of(path: &Path) -> &Path {
-    // What `parent` says of a bare name is no folder.
+    // `parent` of a bare name is an empty path and not a folder.
     path.parent().filter(|folder| !folder.as_os_str().is_empty()).unwrap_or(Path::new("."))
 }
 
@@ -162,7 +162,7 @@ mod tests {
         written.finish().expect("room");
         assert_eq!(fs::read(&page).expect("it is there"), b"whole");
         drop(Whole::create(&page).expect("room"));
-        assert_eq!(left(), others.len() + 1, "of what is not finished nothing is left");
+        assert_eq!(left(), others.len() + 1, "an unfinished file leaves nothing behind");
         assert_eq!(fs::read(&page).expect("it is there"), b"whole");
         fs::remove_dir_all(&folder).expect("it is ours");
     }

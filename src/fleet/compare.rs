@@ -1,8 +1,8 @@
-//! Which model describes the drives best. In its own sample the larger of two nested models always does, so that scores are compared which
-//! the parameters have not been fitted to: those of what was held back, or those that are expected on other drives of the same drivers.
+//! Which model describes the drives best. On the data of its fit the larger of two nested models always does, so the comparison uses other
+//! scores: those on held-back data, or those expected on other drives of the same drivers.
 //!
-//! Whether a difference decides is told by the noise of the samples that it is a sum of. They depend on each other: the residuals of a free
-//! simulation last. One drive counts as many samples as would tell as much if they were independent.
+//! Whether a difference is significant depends on the noise of the samples in its sum. They are dependent: the residuals of a free
+//! simulation are autocorrelated. One drive counts as its equivalent number of independent samples.
 
 use super::work::{Task, case, task};
 use super::{Drive, Pair, Place, Row, Settings};
@@ -16,25 +16,25 @@ use crate::statistics::{mean, sum_of_dependent};
 use crate::study::outcome::{Behind, between};
 use rayon::prelude::*;
 
-/// Nothing is added to the score of what was held back.
+/// The score on held-back data has no penalty.
 const NONE: Optimism = Optimism { score: 0.0, noise: 0.0 };
-/// A model that has scores on fewer than this share of the pairs of the one that has most takes no part in the comparison of means.
+/// A model with scores on fewer than this share of the pairs of the one with most takes no part in the comparison of means.
 const CONTENDS: f64 = 0.5;
 
-/// By what models are compared.
+/// Rule of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rule {
-    /// By the score on what was held back.
+    /// By the score on held-back data.
     HeldBack,
-    /// By the score that is expected on another drive of the same driver (Takeuchi's criterion, with noise that lasts).
+    /// By the score that is expected on another drive of the same driver (Takeuchi's criterion, with autocorrelated noise).
     Expected,
-    /// By nothing: there are neither intervals nor anything held back.
+    /// By nothing: there are neither intervals nor held-back data.
     None,
 }
 
 impl Rule {
-    /// What can be compared.
+    /// The comparable measures.
     #[must_use]
     pub fn of(pairs: &[Pair], settings: &Settings) -> Rule {
         if pairs.iter().any(|pair| !pair.held.is_empty()) {
@@ -47,45 +47,45 @@ impl Rule {
     }
 }
 
-/// What a row scores by the rule.
+/// The score of a row by the rule.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HeldScore {
     /// The score; infinite if a run ends early.
     pub score: f64,
-    /// RMSE of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\], on what was held back.
+    /// RMSE of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\], on held-back data.
     pub rmse: [Option<f64>; 3],
-    /// NRMSE of spacing, speed and acceleration, on what was held back.
+    /// NRMSE of spacing, speed and acceleration, on held-back data.
     pub nrmse: [Option<f64>; 3],
 }
 
 /// A model and measure beside the others of the measure.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Standing {
-    /// Pairs on which it is ahead of every other model by more than the noise.
+    /// Pairs on which it leads every other model by more than the noise.
     pub best: usize,
-    /// Pairs on which a run on what was held back ends early.
+    /// Pairs on which a run on held-back data ends early.
     pub failed: usize,
-    /// How far behind the lowest mean; 0 for that itself, `None` of a model that cannot be compared.
+    /// Distance from the lowest mean; 0 for that itself, `None` of a model that cannot be compared.
     pub behind: Option<Behind>,
-    /// True for the one with the fewest searched parameters of those that are not told apart from the lowest mean.
+    /// True for the one with the fewest searched parameters of those that cannot be distinguished from the lowest mean.
     pub chosen: bool,
 }
 
-/// What the comparison of the models says.
+/// Result of the comparison of the models.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// By what they are compared.
+    /// Rule of the comparison.
     pub rule: Rule,
-    /// One entry per row; `None` where there is nothing to compare.
+    /// One entry per row; `None` if there is nothing to compare.
     pub scores: Vec<Option<HeldScore>>,
     /// One entry per model and measure, measures first.
     pub standings: Vec<Standing>,
 }
 
-/// What a row does on the drives that it is compared on.
+/// Result of a row on the drives of the comparison.
 struct Tested {
     model: usize,
-    /// The score of the simulations, without what is added to it.
+    /// The score of the simulations, without the penalty.
     simulated: f64,
     own: HeldScore,
     /// Of each drive: the terms of the three signals in the score, and the squares that they are roots of, sample by sample.
@@ -99,15 +99,15 @@ struct Term {
     squares: Vec<f64>,
 }
 
-/// What the comparison on one pair says.
+/// Result of the comparison on one pair.
 struct Compared {
     /// Scores by model.
     scores: Vec<(usize, HeldScore)>,
-    /// The model that is ahead of all others, if one is.
+    /// The model that leads all others, if any.
     best: Option<usize>,
 }
 
-/// The logarithm of the ratio of two scores, how far the noise moves it, and how many independent pieces say so.
+/// The logarithm of the ratio of two scores, its standard deviation by noise, and the number of independent pieces.
 #[derive(Clone, Copy)]
 struct Difference {
     value: f64,
@@ -192,7 +192,7 @@ fn contends(scores: &[Vec<Option<f64>>], model: usize) -> bool {
     count(model) > 0 && count(model) as f64 >= CONTENDS * most as f64
 }
 
-/// The model with the lowest mean logarithm of the score over the pairs on which all that contend have one.
+/// The model with the lowest mean logarithm of the score over the pairs on which all compared models have one.
 fn lowest(scores: &[Vec<Option<f64>>], models: usize) -> Option<usize> {
     let contenders: Vec<usize> = (0..models).filter(|model| contends(scores, *model)).collect();
     let common: Vec<&Vec<Option<f64>>> =
@@ -213,13 +213,13 @@ fn behind(own: &[Difference]) -> Option<Behind> {
     Some(Behind::around(mean, (student(pieces - 1.0) * within).max(between)))
 }
 
-/// Of a score, which may be 0 where the fit is perfect.
+/// Of a score, which may be 0 for a perfect fit.
 fn logarithm(score: f64) -> f64 {
     score.max(f64::MIN_POSITIVE).ln()
 }
 
-/// Marks the model that a reader should take: of those that are not told apart the one with the fewest searched parameters. Where nothing is
-/// compared, the first of those that have most results.
+/// Marks the recommended model: of those that cannot be distinguished the one with the fewest searched parameters. Without a
+/// comparison, the first of those that have most results.
 fn choose(settings: &Settings, standings: &mut [Standing], rows: &[Row], measure: usize) {
     let searched = |model: usize| {
         let model = &settings.models[model];
@@ -239,7 +239,7 @@ fn choose(settings: &Settings, standings: &mut [Standing], rows: &[Row], measure
     }
 }
 
-/// The model that is ahead of every other one by more than the noise.
+/// The model that leads every other one by more than the noise.
 fn best(all: &[Tested]) -> Option<usize> {
     let lowest = all.iter().min_by(|a, b| a.own.score.total_cmp(&b.own.score))?;
     let is_ahead = |other: &Tested| {
@@ -250,7 +250,7 @@ fn best(all: &[Tested]) -> Option<usize> {
     (lowest.own.score.is_finite() && all.len() > 1 && others.all(is_ahead)).then_some(lowest.model)
 }
 
-/// What the rows of a pair and measure do on what they are compared on; those left out that cannot be compared. All begin at the same sample.
+/// Results of the rows of a pair and measure on the drives of the comparison, without those that cannot be compared. All begin at the same sample.
 fn tested(
     rule: Rule,
     pairs: &[Pair],
@@ -265,7 +265,7 @@ fn tested(
         Some((task(pairs, settings, row.place).ok()?, found, optimism.map_or(Some(NONE), |optimism| optimism)?))
     });
     let found: Vec<_> = found.collect();
-    // The noise is that of the drive, whatever the model: what one misses counts as noise where another explains it.
+    // The noise is that of the drive, whatever the model: errors of one model count as noise if another explains them.
     let noise = found.iter().map(|(.., optimism)| optimism.noise).fold(f64::INFINITY, f64::min);
     let added = |optimism: &Optimism| optimism.score * if optimism.noise > 0.0 { noise / optimism.noise } else { 1.0 };
     let mut all: Vec<(Tested, Vec<Measures>, f64)> = found
@@ -284,7 +284,7 @@ fn tested(
     for drive in drives {
         let variant = |task: &Task| settings.models[task.place.model].variant;
         let cases = found.iter().map(|(task, ..)| case(drive, &task.space, &variant(task), settings.convention));
-        // A held-back drive that is too short for one of the models compares none.
+        // A held-back drive that is too short for one of the models is not used in the comparison.
         let Ok(cases) = cases.collect::<Result<Vec<Case>, _>>() else { continue };
         let parameters: Vec<_> =
             found.iter().map(|(task, found, _)| task.space.parameters(&found.parameters)).collect();
@@ -310,7 +310,7 @@ fn tested(
         .map(|(mut tested, measures, added)| {
             let scores: Vec<f64> = measures.iter().map(|measures| gof.of(measures)).collect();
             tested.simulated = mean(&scores).unwrap_or(f64::INFINITY);
-            // What is added holds for small changes of the score; the squares, of which it is the root, add up as they are.
+            // The penalty holds for small changes of the score; the squares, of which it is the root, add up unchanged.
             tested.own.score += (tested.simulated.powi(2) + 2.0 * tested.simulated * added).sqrt();
             let finite = |x: f64| x.is_finite().then_some(x);
             if let Some(mean) = Measures::mean(&measures).filter(|_| tested.own.score.is_finite()) {
@@ -353,7 +353,7 @@ fn terms(case: &Case, gof: &GoodnessOfFit, first: usize, trace: &Trace, measures
 }
 
 impl Tested {
-    /// How the scores differ. The noise of it is that of the sum over the samples into which it falls apart:
+    /// The difference of the scores. Its noise is that of the sum over the samples into which it decomposes:
     /// √m - √n = Σ (m_t - n_t) / (√m + √n).
     fn minus(&self, other: &Tested) -> Difference {
         let value = logarithm(self.own.score) - logarithm(other.own.score);

@@ -1,4 +1,4 @@
-//! The worst fits, sample by sample: a table of numbers does not tell why.
+//! The worst fits, sample by sample: a table of numbers does not show why.
 
 use super::work::task;
 use super::{Pair, Row, Settings};
@@ -7,7 +7,7 @@ use crate::reference::Trace;
 use crate::rescore;
 use crate::study::table::Table;
 
-/// So many fits are kept.
+/// Number of fits kept.
 const KEPT: usize = 12;
 
 /// The rows with the highest scores of the first measure, each pair with the model that fits it best, the worst first.

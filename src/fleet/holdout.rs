@@ -1,11 +1,11 @@
-//! What is held back of each driver: the last part of his drive, or drives of other files.
+//! Held-back data of each driver: the last part of the drive, or drives of other files.
 
 use super::{Drive, Pair};
 use crate::trajectory::is_nameless;
 use crate::trajectory::prepare::SEGMENT_MIN_S;
 use std::collections::HashMap;
 
-/// What is held back, to be scored and not to be calibrated on.
+/// Held-back data, to be scored and not to be calibrated on.
 #[derive(Debug, Clone)]
 pub enum Held {
     /// This share of each drive, its end.
@@ -14,14 +14,14 @@ pub enum Held {
     Pairs(Vec<Pair>),
 }
 
-/// The id of a driver: the name of the car, or that of the trajectory where the file names no car; `None` where it names neither.
+/// The id of a driver: the name of the car, otherwise that of the trajectory; `None` without either.
 #[must_use]
 pub fn driver(pair: &Pair) -> Option<&str> {
     Some(pair.name.as_str()).filter(|name| !is_nameless(name)).or(pair.trajectory.as_deref())
 }
 
 impl Held {
-    /// Takes it from the pairs, or gives it to them. Returns how many pairs that can be used have nothing held back.
+    /// Takes it from the pairs, or gives it to them. Returns the number of usable pairs without held-back data.
     pub fn hold(self, pairs: &mut [Pair]) -> usize {
         match self {
             Held::Share(share) => pairs.iter_mut().for_each(|pair| cut(pair, share)),
@@ -41,7 +41,7 @@ impl Held {
     }
 }
 
-/// Cuts the end off a drive. One that is too short for two parts cannot be calibrated.
+/// Cuts the end off a drive. A drive that is too short for two parts cannot be calibrated.
 fn cut(pair: &mut Pair, share: f64) {
     let Ok(Drive { trajectory, vehicle }) = &pair.drive else { return };
     let whole = trajectory.len();

@@ -1,6 +1,6 @@
-//! The rows that are there, as they were found: a line each behind a first one that says what they are of.
+//! The finished rows: a line each, after a first one that identifies the fleet.
 //!
-//! A process that is killed leaves a last line that is cut; it is taken off by whoever goes on.
+//! A process that is killed leaves an incomplete last line; the next process removes it.
 
 use super::{Place, Row, SCHEMA_VERSION};
 use crate::text::bounded::Lines;
@@ -41,28 +41,28 @@ pub enum JournalError {
     /// Another process has it.
     #[error("{0}: another run works on this fleet; wait for it, or give another --out")]
     Busy(String),
-    /// It is of other data or other settings.
+    /// It belongs to other data or other settings.
     #[error(
-        "{0}: the folder holds a fleet of other data, settings or program; expected the same command to go on with it, or another --out"
+        "{0}: the folder holds a fleet of other data, settings or program; expected the same command to continue it, or another --out"
     )]
     Other(String),
-    /// A line in the middle is no row of the fleet.
+    /// A line in the middle is not a row of the fleet.
     #[error("{path}:{line}: not a calibration of this fleet: {reason}; remove the line, and it is calibrated again")]
     Broken {
         /// The file.
         path: String,
         /// The line.
         line: usize,
-        /// What was expected, and what was found.
+        /// Expected and found content.
         reason: String,
     },
 }
 
 impl Journal {
-    /// Opens a journal for what has this key, or makes it; `misfit` says why a row cannot be one of the fleet.
+    /// Opens the journal of this key, or creates it; `misfit` says why a row cannot be one of the fleet.
     ///
     /// # Errors
-    /// When it is of something else, in use, broken, or cannot be read or written.
+    /// If it belongs to another fleet, is in use or broken, or cannot be read or written.
     pub fn open(path: &Path, key: &str, misfit: &dyn Fn(&Row) -> Option<String>) -> Result<Journal, JournalError> {
         let shown = || path.display().to_string();
         let io = |doing| move |source| JournalError::Io { path: path.display().to_string(), doing, source };
@@ -77,10 +77,10 @@ impl Journal {
         loop {
             let mut line = Vec::new();
             lines.read_until(b'\n', &mut line).map_err(io("read"))?;
-            // A file system that lost its power may have zeros where bytes had not arrived; what is behind them is calibrated again.
+            // After a power failure a file may have zeros in place of missing bytes; the pairs after them are calibrated again.
             let arrived = line.iter().position(|byte| *byte == 0);
             if arrived.is_some() || line.pop_if(|last| *last == b'\n').is_none() {
-                // Of a file without a whole line, only the beginning of an own one is taken for a journal.
+                // A file without a complete line counts as a journal only if it begins like one.
                 if number == 0 && !own.as_bytes().starts_with(&line[..arrived.unwrap_or(line.len())]) {
                     return Err(JournalError::Other(shown()));
                 }
@@ -186,13 +186,13 @@ mod tests {
         let held = open(&path, "k").expect("whole");
         assert!(matches!(open(&path, "k"), Err(JournalError::Busy(_))));
         drop(held);
-        std::fs::write(&path, "notes of somebody").expect("room");
+        std::fs::write(&path, "notes of a user").expect("room");
         assert!(matches!(open(&path, "k"), Err(JournalError::Other(_))));
-        assert_eq!(std::fs::read(&path).expect("there"), b"notes of somebody", "it is left alone");
+        assert_eq!(std::fs::read(&path).expect("there"), b"notes of a user", "it is left alone");
         std::fs::write(&path, [&text[..], b"what?\n"].concat()).expect("room");
         assert!(matches!(open(&path, "k"), Err(JournalError::Broken { line: 6, .. })));
     }
-    /// After a power cut, zeros stand where bytes had not arrived: at the beginning, behind a line, within the last one, before one that did.
+    /// After a power cut, zeros replace missing bytes: at the beginning, after a line, within the last one, before a complete one.
     #[test]
     fn zeros_of_a_power_cut_are_dropped() {
         let folder = tempfile::tempdir().expect("a folder");
@@ -216,7 +216,7 @@ mod tests {
             drop(journal);
             assert_eq!(std::fs::read(&path).expect("there"), text);
         }
-        std::fs::write(&path, [&b"notes of somebody"[..], &zeros].concat()).expect("room");
+        std::fs::write(&path, [&b"notes of a user"[..], &zeros].concat()).expect("room");
         assert!(matches!(open(&path, "k"), Err(JournalError::Other(_))));
     }
 

@@ -1,4 +1,4 @@
-//! Fleets: every leader-follower pair of a data set, calibrated by itself with one or several models.
+//! Fleets: every pair of a data set, calibrated separately with one or several models.
 //!
 //! ```text
 //!  pairs --(some at a time)--> calibrate_each --> rows --> journal, as soon as they are there
@@ -36,7 +36,7 @@ use sha2::{Digest, Sha256};
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// Simulations of a search per parameter that is searched, unless a number is asked for: of 500 drives of 30 to 60 s with IDM, 99 in 100 then
-/// come within 0.1 % of the best score that ten times as many find (docs/FLEETS.md).
+/// come within 0.1 % of the best score that ten times as many find (docs/benchmark/fleet.md).
 pub const EVALUATIONS_PER_PARAMETER: u64 = 2_000;
 
 /// A follower behind his leader, as the data have it.
@@ -50,9 +50,9 @@ pub struct Pair {
     pub follower: usize,
     /// Name of the follower as in the file.
     pub name: String,
-    /// What is calibrated, or why nothing can be.
+    /// Input of a calibration, or why it is missing.
     pub drive: Result<Drive, String>,
-    /// What is held back of the same driver, and only scored.
+    /// Held-back data of the same driver, only scored.
     pub held: Vec<Drive>,
 }
 
@@ -64,7 +64,7 @@ impl Pair {
         format!("{}{id} follower {}", self.file, self.follower)
     }
 
-    /// The kinds of faults of its data that move what is calibrated, with spaces between; empty if there are none.
+    /// The kinds of faults of its data that change the calibration, separated by spaces; empty if there are none.
     #[must_use]
     pub fn doubts(&self) -> String {
         let findings = self.drive.iter().flat_map(|drive| drive.trajectory.findings());
@@ -81,7 +81,7 @@ impl Pair {
 pub struct Drive {
     /// The measured signals.
     pub trajectory: Trajectory,
-    /// The follower's car, where it is known.
+    /// The follower's car, if known.
     pub vehicle: Option<Vehicle>,
 }
 
@@ -94,7 +94,7 @@ pub struct Model {
     pub overrides: Overrides,
 }
 
-/// What is done with each pair.
+/// Settings of each pair.
 #[derive(Debug, Clone)]
 pub struct Settings {
     /// Models, each calibrated on every pair.
@@ -130,7 +130,7 @@ pub struct Row {
     /// Which one.
     #[serde(flatten)]
     pub place: Place,
-    /// What was found, or why nothing was.
+    /// The result, or why there is none.
     #[serde(flatten)]
     pub found: Result<Found, String>,
 }
@@ -148,10 +148,10 @@ pub struct Found {
     pub parameters: Vec<f64>,
     /// Parameters within 0.1 % of their range of a bound.
     pub at_bound: Vec<String>,
-    /// 95 % intervals, one per parameter; `None` where it was fixed, or the drive does not determine it.
+    /// 95 % intervals, one per parameter; `None` if it was fixed, or the drive does not determine it.
     pub intervals: Option<Vec<Option<[f64; 2]>>>,
-    /// By how much the score is expected to be higher on another drive of the same driver; `None` without intervals, or where it could not be
-    /// found out.
+    /// Expected increase of the score on another drive of the same driver; `None` without intervals, or if it could not be
+    /// computed.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub optimism: Option<Optimism>,
     /// Simulated candidates.
@@ -168,7 +168,7 @@ impl Settings {
         (0..pairs).flat_map(move |pair| (0..models).flat_map(move |model| of_model(pair, model)))
     }
 
-    /// What keeps a row of a journal from being one of these calibrations, if anything does.
+    /// Why a row of a journal cannot be one of these calibrations, if so.
     #[must_use]
     pub fn misfit(&self, row: &Row, pairs: usize) -> Option<String> {
         let Place { pair, model, measure } = row.place;
@@ -186,7 +186,7 @@ impl Settings {
         Some(format!("expected {expected} {name}, found {count}"))
     }
 
-    /// What rows depend on, as a checksum: two runs with the same one find the same rows.
+    /// Checksum of everything that rows depend on: two runs with the same one find the same rows.
     #[must_use]
     pub fn key(&self, pairs: &[Pair]) -> String {
         let mut hash = Sha256::new();

@@ -1,4 +1,4 @@
-//! The rows as a table, and what they say together.
+//! The rows as a table, and their summary.
 
 use super::{Comparison, Drive, HeldScore, Pair, Row, Rule, SCHEMA_VERSION, Settings, Standing};
 use crate::catalog::Variant;
@@ -8,7 +8,7 @@ use crate::study::outcome::Behind;
 use crate::study::table::Table;
 use crate::symbols::Symbol;
 
-/// What stands behind the name of a parameter in the columns of its interval.
+/// Suffixes of the name of a parameter in the columns of its interval.
 const ENDS: [&str; 2] = ["low", "high"];
 
 /// The columns of the parameters of a model.
@@ -90,7 +90,7 @@ pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &Com
     table
 }
 
-/// The columns of what models are compared by.
+/// The columns of the comparison of models.
 fn compared(table: &mut Table, comparison: &Comparison) {
     let scores = || comparison.scores.iter().map(|score| score.as_ref());
     let finite = |score: &HeldScore| Some(score.score).filter(|score| score.is_finite());
@@ -125,7 +125,7 @@ pub struct Spread {
 }
 
 impl Spread {
-    /// Of none there is none.
+    /// The median of no values is missing.
     #[must_use]
     pub fn of(values: &[f64]) -> Option<Spread> {
         let at = |q| quantile(values, q);
@@ -133,7 +133,7 @@ impl Spread {
     }
 }
 
-/// What the rows of a model and measure say together.
+/// Summary of the rows of a model and measure.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Overview {
     /// The model.
@@ -145,27 +145,27 @@ pub struct Overview {
     /// Those of them whose data are doubtful.
     #[serde(default)]
     pub doubtful: usize,
-    /// Pairs on which this model is ahead of all others that were calibrated with the measure, by more than the noise.
+    /// Pairs on which this model leads all others of the measure by more than the noise.
     pub best: usize,
     /// The scores on the drives that were calibrated on.
     pub score: Option<Spread>,
-    /// The scores that models are compared by.
+    /// The scores of the comparison.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared: Option<Spread>,
-    /// How far the mean of these scores is behind the lowest one of all models.
+    /// Distance of the mean of these scores from the lowest one of all models.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub behind: Option<Behind>,
-    /// Pairs on which a simulation of what was held back ends early.
+    /// Pairs on which a simulation of held-back data ends early.
     #[serde(default, skip_serializing_if = "is_zero")]
     pub failed: usize,
-    /// True for the model with the fewest searched parameters of those that are not told apart from the best one.
+    /// True for the model with the fewest searched parameters of those that cannot be distinguished from the best one.
     #[serde(default)]
     pub chosen: bool,
     /// The parameters, in the order of the model.
     pub parameters: Vec<ParameterOverview>,
 }
 
-/// What is known of a parameter over all pairs.
+/// Summary of a parameter over all pairs.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ParameterOverview {
     /// Its name.
@@ -176,7 +176,7 @@ pub struct ParameterOverview {
     pub column: String,
     /// Its values.
     pub spread: Option<Spread>,
-    /// The same without pairs of doubtful data, where there are any.
+    /// The same without pairs of doubtful data, if any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub sound: Option<Spread>,
     /// Share of the pairs on which it is on a bound.
@@ -222,7 +222,7 @@ pub fn overview(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &
                 at_bound: share(
                     own.iter().filter(|found| found.at_bound.iter().any(|name| name == symbol.name())).count(),
                 ),
-                // Of a fixed parameter there is nothing to be determined.
+                // A fixed parameter needs no determination.
                 determined: (settings.intervals && own.iter().any(|found| found.parameters[i] != own[0].parameters[i]))
                     .then(|| {
                         let known =

@@ -1,4 +1,4 @@
-//! The work: some pairs at a time on one evaluator, several of these side by side where it is the CPU that computes.
+//! The work: some pairs at a time on one evaluator, several of these in parallel on a CPU.
 
 use super::{Drive, EVALUATIONS_PER_PARAMETER, Found, Journal, JournalError, Pair, Place, Row, Settings};
 use crate::calibrate::{CalibrateError, Replicate, SearchSpace, bound_times, calibrate_each};
@@ -15,13 +15,13 @@ use std::collections::BTreeMap;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
-/// Pairs that share an evaluator on the CPU: making one takes as long as a hundredth of their searches. What is under way is lost with the
+/// Pairs that share an evaluator on the CPU: making one takes as long as a hundredth of their searches. Pairs under way are lost with the
 /// process.
 const ON_THE_CPU: usize = 16;
-/// On a device, which is to have tens of thousands of candidates at a time.
+/// On a device, which should have tens of thousands of candidates at a time.
 const ON_A_DEVICE: usize = 1024;
-/// Candidates of a generation of a search, for the choice of the evaluator: too few for `auto` to take a GPU, however many the pairs. Drives
-/// of a minute are simulated in less time than optimisers and intervals take, which are the CPU's.
+/// Candidates of a generation of a search, for the choice of the evaluator: too few for `auto` to take a GPU, with any number of pairs. Drives
+/// of a minute are simulated in less time than optimisers and intervals take, which run on the CPU.
 const GENERATION: usize = 100;
 
 /// A fleet that could not be calibrated.
@@ -48,10 +48,10 @@ pub(super) struct Task {
 }
 
 /// Calibrates all pairs with all models and measures: the rows in order of [`Settings::places`], or `None` for those that `stop` has left out.
-/// Rows that the journal has are taken from it, and others added. `tell` is given the number of rows that are there, from any thread.
+/// Rows of the journal are taken from it, and others added. `tell` receives the number of finished rows, from any thread.
 ///
 /// # Errors
-/// When the evaluator fails or the journal cannot be written; what was found is in it.
+/// When the evaluator fails or the journal cannot be written; finished rows are in it.
 pub fn run(
     pairs: &[Pair],
     settings: &Settings,
@@ -93,7 +93,7 @@ pub fn run(
     Ok(places.iter().map(|place| rows.remove(place)).collect())
 }
 
-/// Does the same with each part, as many at a time as there are threads; each thread works by itself.
+/// Does the same with each part, as many at a time as there are threads; each thread works alone.
 fn side_by_side(
     parts: &[&[Place]],
     stop: &(dyn Fn() -> bool + Sync),
@@ -101,7 +101,7 @@ fn side_by_side(
 ) -> Result<(), FleetError> {
     let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
     let work = || -> Result<(), FleetError> {
-        // What this thread does in parallel elsewhere it does one after the other.
+        // Work that is parallel elsewhere is sequential in this thread.
         let alone = ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
         let alone = alone.map_err(|error| FleetError::Threads(error.into()))?;
         while !stop() && !failed.load(Ordering::Relaxed) {
@@ -119,7 +119,7 @@ fn side_by_side(
                 Err(error) => refused = Some(error),
             }
         }
-        // With fewer threads than were wanted it takes longer, and nothing else changes.
+        // With fewer threads than requested it takes longer; the results are the same.
         if let Some(error) = refused.filter(|_| workers.is_empty()) {
             return Err(FleetError::Threads(error.into()));
         }
@@ -196,7 +196,7 @@ fn together(
     let exact = || Lanes::new(evaluator.cases().to_vec(), *evaluator.gof(), LanesPrecision::F64);
     let exact = settings.intervals.then(exact).transpose()?;
     for (case, (task, replicate)) in tasks.iter().zip(replicates).enumerate() {
-        // What was stopped on the way is searched anew by whoever goes on.
+        // The next process searches interrupted pairs again.
         if stop() {
             break;
         }
@@ -214,7 +214,7 @@ fn together(
     Ok(rows)
 }
 
-/// What a search has found, measured in f64, with intervals.
+/// Result of a search, measured in f64, with intervals.
 fn found(exactly: Option<Exactly<'_>>, task: &Task, replicate: Replicate) -> Result<Found, EvaluateError> {
     let Replicate { candidate, score, evaluations, stop, .. } = replicate;
     let measures = rescore::outcome(&task.case, &task.space.parameters(&candidate), &mut Trace::default())?.result;

@@ -59,7 +59,7 @@ macro_rules! constraint_parts {
     };
 }
 
-/// The laws that are no models of the paper: the names of their files in `shaders/law` and `src/models/reference/law`.
+/// The laws outside the paper: the names of their files in `shaders/law` and `src/models/reference/law`.
 macro_rules! law_files {
     ($use:ident) => {
         $use! {
@@ -115,7 +115,7 @@ constraint_parts!(part_enum);
 pub struct Base {
     /// `idm`, `gipps`, `l-cth`, `l-idm`, `l-gipps`, or the name of a law.
     pub name: &'static str,
-    /// As the paper writes it; the name of a law.
+    /// The paper's spelling; the name of a law.
     pub paper: &'static str,
     /// Its controller.
     pub controller: Controller,
@@ -134,7 +134,7 @@ pub const BASES: &[Base] = &[
 ];
 
 impl Base {
-    /// The base model that a law is.
+    /// The base model of a law.
     #[must_use]
     pub fn of_law(law: &'static Extension) -> Base {
         Base { name: &law.name, paper: &law.name, controller: Controller::Law, spacing: Spacing::Inherent }
@@ -152,7 +152,7 @@ pub struct Variant {
     pub dynamics: Dynamics,
     /// Acceleration constraint.
     pub constraint: Constraint,
-    /// What none of the ninety has; the law comes first, where the base model is one.
+    /// Parts beyond the ninety; the law comes first if the base model is one.
     pub extensions: Extensions,
 }
 
@@ -177,10 +177,10 @@ pub enum UnknownVariant {
         name: String,
         /// The word that is not known.
         word: String,
-        /// A known word that looks like it.
+        /// The nearest known word.
         nearest: Option<&'static str>,
     },
-    /// The name begins with a part that is no base model.
+    /// The name begins with a part that is not a base model.
     #[error(
         "variant `{name}`: `{part}` is a part of a variant, and the base model before it is missing; expected \
          BASE[+delay][+linear|+nonlinear][+constant|+mfc] with BASE one of {}, such as `idm+{part}`",
@@ -338,7 +338,7 @@ impl Variant {
         Ok(Variant { extensions, ..self })
     }
 
-    /// True if what is perceived may lie back.
+    /// True if perception may be delayed.
     #[must_use]
     pub fn perceives_late(&self) -> bool {
         self.delay || self.extensions.delay().is_some()
@@ -390,7 +390,7 @@ impl fmt::Display for Variant {
 }
 
 impl Variant {
-    /// The variant that a name says: an id, or a base model and its parts. Case does not matter. `laws` are base models, too.
+    /// The variant of a name: an id, or a base model and its parts. Case does not matter. `laws` are base models, too.
     ///
     /// # Errors
     /// [`UnknownVariant`].
@@ -436,7 +436,7 @@ impl Variant {
     }
 }
 
-/// What may follow the base model in a name.
+/// Suffixes of the base model in a name.
 const PARTS: [&str; 5] = ["delay", "linear", "nonlinear", "constant", "mfc"];
 
 /// The base model that looks like a word, or ends with it: `l-cth` for `cth`.

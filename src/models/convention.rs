@@ -136,7 +136,7 @@ pub enum ConventionError {
         found: String,
     },
     /// The row is chosen more than once.
-    #[error("convention row `{found}`: expected once, found more than once; leave out what is not meant")]
+    #[error("convention row `{found}`: expected once, found more than once; remove the others")]
     Twice {
         /// The row.
         found: String,
@@ -155,7 +155,7 @@ pub enum ConventionError {
     },
 }
 
-/// A row that somebody may have meant.
+/// The nearest known row.
 fn near_row(found: &str) -> String {
     did_you_mean(found, Convention::ROWS.iter().map(|row| row.name))
 }

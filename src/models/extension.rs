@@ -1,25 +1,25 @@
 //! Extensions: parts of a model that no base model has, and laws, which are base models of their own. Each is one WGSL file, built in or the
 //! user's own.
 //!
-//! Here is what the rest of the program needs to know of one; `wgsl` reads it from the text. An extension is read once and kept
+//! The parts of an extension that the rest of the program needs; `wgsl` reads them from the text. An extension is read once and kept
 //! for the life of the program, so that variants and symbols that name it stay plain values.
 
 use crate::symbols::{SearchKind, Symbol};
 use std::hash::{Hash, Hasher};
 use std::sync::Mutex;
 
-/// Where in a step an extension acts, in the order of a step. What acts there is a function called by the extension's name, `_` and the
+/// Stage of a step at which an extension acts, in the order of a step. It is a function called by the extension's name, `_` and the
 /// stage's.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum Stage {
     /// Changes the parameters of the base model before anything else.
     Policy,
-    /// Changes what is perceived.
+    /// Changes the perceived values.
     Perception,
     /// Changes the present own speed that a controller starts from (Gipps', and laws that command a speed).
     Speed,
-    /// Is the controller: the present own speed becomes the commanded acceleration.
+    /// The controller: from the present own speed to the commanded acceleration.
     Law,
     /// Changes the commanded acceleration.
     Command,
@@ -27,7 +27,7 @@ pub enum Stage {
     Response,
 }
 
-/// What a stage function takes.
+/// Arguments of a stage function.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Argument {
     /// `Params`: the parameters of the model.
@@ -36,9 +36,9 @@ pub enum Argument {
     Own,
     /// `State`: the extension's memory.
     State,
-    /// `World`: what else is known.
+    /// `World`: other known values.
     World,
-    /// `Perceived`: what is perceived.
+    /// `Perceived`: the perceived values.
     Perceived,
     /// `f32`: the speed or acceleration that it changes.
     Value,
@@ -49,13 +49,13 @@ pub enum Argument {
 pub struct StageFunction {
     /// Where it acts.
     pub stage: Stage,
-    /// What it takes, in order.
+    /// Its arguments, in order.
     pub arguments: Vec<Argument>,
     /// Members of the struct it returns, value first, if it returns a new state beside the value.
     pub with_state: Option<[String; 2]>,
 }
 
-/// What a member of `State` is when a run starts.
+/// Initial value of a member of `State`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Initial {
     /// This number.
@@ -77,7 +77,7 @@ pub enum Signal {
     Af,
 }
 
-/// What the time loop does for an extension beyond calling it.
+/// Work of the time loop for an extension beyond calling it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LoopNeeds {
     /// Position among the extension's parameters of a delay \[s\] by which everything is perceived later.
@@ -88,32 +88,32 @@ pub struct LoopNeeds {
 }
 
 impl LoopNeeds {
-    /// Each need as it is written in an extension, and its parameter.
+    /// Each need as written in an extension, and its parameter.
     fn by(self) -> [(&'static str, Option<usize>); 2] {
         [("delay by", self.delay), ("look back by", self.look_back)]
     }
 }
 
-/// What is known of a cause that an extension stands for.
+/// Description of the cause that an extension represents.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Cause {
-    /// What it does, in the words of a driver.
+    /// The effect in a driver's words.
     pub in_short: Option<String>,
     /// Its term in the loop.
     pub equation: Option<String>,
-    /// What it cannot always be told from: the family that is named then.
+    /// The family that is named if the data do not distinguish its members.
     pub family: Option<String>,
-    /// What it leaves in the residuals of a model without it.
+    /// Its trace in the residuals of a model without it.
     pub looks_like: String,
-    /// Causes and parameters that it is confused with.
+    /// Similar causes and parameters.
     pub confounded_with: Vec<String>,
     /// How a diagnosis looks for it.
     pub search: SearchKind,
-    /// True if none of its sizes can be negative: what looks so is something else.
+    /// True if none of its sizes can be negative: a negative size is another cause.
     pub positive: bool,
-    /// A family of which no member shows without it, nor it without one of them.
+    /// A family that hides it, and is hidden by it.
     pub hides: Option<String>,
-    /// Which drive would tell it from others.
+    /// Drive that would distinguish it.
     pub experiment: Option<String>,
 }
 
@@ -122,9 +122,9 @@ pub struct Cause {
 pub struct Extension {
     /// Its name: that of its file.
     pub name: String,
-    /// What it does, in words.
+    /// The effect in words.
     pub meaning: String,
-    /// Where it is described.
+    /// Source.
     pub reference: Option<String>,
     /// Its text as written.
     pub text: String,
@@ -134,19 +134,19 @@ pub struct Extension {
     pub parameters: Vec<Symbol>,
     /// Its stages, in the order of a step.
     pub stages: Vec<StageFunction>,
-    /// Members of its `State` and what they are at the start.
+    /// Members of its `State` and their initial values.
     pub state: Vec<(String, Initial)>,
     /// Members of `World` that it reads.
     pub reads: Vec<String>,
     /// Parameters of the model that it reads or changes; its own are not among them. A model without them cannot have it.
     pub model_parameters: Vec<Symbol>,
-    /// What the time loop does for it.
+    /// Work of the time loop for it.
     pub needs: LoopNeeds,
-    /// True if it says at which spacing a constant speed is kept (`NAME_equilibrium`); of a law without, the spacing is searched.
+    /// True if it gives the spacing of a constant speed (`NAME_equilibrium`); for a law without, the spacing is searched.
     pub equilibrium: bool,
-    /// The cause it stands for; `None` for laws and for the tools of a diagnosis.
+    /// The cause that it represents; `None` for laws and for the tools of a diagnosis.
     pub cause: Option<Cause>,
-    /// What is probably a mistake of its author, each with its place.
+    /// Probable mistakes of its author, each with its place.
     pub warnings: Vec<String>,
     /// Position in the loop: laws first, then the built-in extensions in their order, then a user's.
     pub rank: usize,
@@ -164,13 +164,13 @@ impl Extension {
         self.parameters.iter().copied().filter(|symbol| matches!(symbol, Symbol::Extension(_)))
     }
 
-    /// The family of causes that it cannot always be told from; its own name where there is none.
+    /// The family of causes that are hard to distinguish; by default its own name.
     #[must_use]
     pub fn family(&self) -> &str {
         self.cause.as_ref().and_then(|cause| cause.family.as_deref()).unwrap_or(&self.name)
     }
 
-    /// What it does, in as few words as its file has.
+    /// Shortest description that its file has.
     #[must_use]
     pub fn in_short(&self) -> &str {
         self.cause.as_ref().and_then(|cause| cause.in_short.as_deref()).unwrap_or(&self.meaning)
@@ -208,16 +208,16 @@ impl Hash for Extension {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Default)]
 pub struct Extensions(&'static [&'static Extension]);
 
-/// Two extensions that cannot be in one model.
+/// Two extensions that exclude each other.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 pub enum ExtensionConflict {
     /// The same one twice.
-    #[error("extension {name}: it is part of the model already")]
+    #[error("extension {name}: the model contains it already")]
     Twice {
         /// Its name.
         name: String,
     },
-    /// A law is no extension.
+    /// A law is not an extension.
     #[error("{name} is a law, a base model of its own: give it as the model, such as `--model {name}.wgsl`")]
     Law {
         /// Its name.
@@ -243,17 +243,17 @@ pub enum ExtensionConflict {
         /// Parameters there would be.
         found: usize,
     },
-    /// The time loop does the same for another one already, and it does it once.
+    /// The time loop can do this for one extension only.
     #[error(
-        "extension {name}: its `loop: {what}` cannot act beside that of {other}, for a model has one such line; leave one of the \
-         two out"
+        "extension {name}: its `loop: {what}` cannot act together with that of {other}, because a model has one such line; remove one \
+         of them"
     )]
     Loop {
         /// The extension.
         name: String,
         /// `delay by` or `look back by`.
         what: &'static str,
-        /// The extension that has one already.
+        /// The extension that already has one.
         other: String,
     },
     /// A parameter of the same name.
@@ -321,7 +321,7 @@ impl Extensions {
         self.0.iter().copied().find(|e| e.name == name)
     }
 
-    /// What the time loop would have to do for one more although it does it for one of these already.
+    /// Work of the time loop that another extension already requires.
     pub(crate) fn loop_conflict(self, one: &Extension) -> Option<ExtensionConflict> {
         one.needs.by().into_iter().enumerate().find_map(|(k, (what, parameter))| {
             parameter?;

@@ -7,7 +7,7 @@ use crate::reference::{Reference, Trace, knows};
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 
-/// Who computes that number for a variant.
+/// The evaluator of that number for a variant.
 #[must_use]
 pub fn evaluator(variant: &Variant) -> &'static str {
     if knows(variant) { "reference" } else { "lanes" }
@@ -16,7 +16,7 @@ pub fn evaluator(variant: &Variant) -> &'static str {
 /// Simulates one candidate on one case and measures it; `trace` is overwritten.
 ///
 /// # Errors
-/// Those of lanes, where they are what computes.
+/// Those of lanes, if they compute.
 pub fn outcome(case: &Case, parameters: &Parameters, trace: &mut Trace) -> Result<Outcome, EvaluateError> {
     if knows(&case.variant) {
         return Ok(Reference::outcome(case, parameters, trace));

@@ -1,4 +1,4 @@
-//! Goodness of fit: how far a simulated follower is from the measured one (paper, Section 4.1; Punzo et al., 2021).
+//! Goodness of fit: distance of a simulated follower from the measured one (paper, Section 4.1; Punzo et al., 2021).
 
 use crate::text::spelling::did_you_mean;
 use std::fmt;
@@ -34,7 +34,7 @@ pub struct SignalMeasures {
     pub rmse_n: f64,
 }
 
-/// What a run adds up for one signal, over the scored samples.
+/// Sums of a run for one signal, over the scored samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Sums {
     /// Σ (simulated - measured)².
@@ -47,7 +47,7 @@ pub struct Sums {
     pub relative2: f64,
 }
 
-/// What the measures need to know of a measured signal, over the scored samples.
+/// Sums of a measured signal that the measures need, over the scored samples.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Measured {
     /// Scored samples.
@@ -224,7 +224,7 @@ enum Kind {
     RmseN,
 }
 
-/// What a calibration minimises: a weighted sum of one measure over spacing, speed and acceleration.
+/// Objective of a calibration: a weighted sum of one measure over spacing, speed and acceleration.
 ///
 /// Written as `nrmse-sva`, `rmse-s`, `u-sv`, `rmspe-v`, `rmse-sn-vn`, ... (`_` and `-` are the same);
 /// weights other than 1 follow a colon, one per signal named: `nrmse-sva:1,1,0.5`.
@@ -235,7 +235,7 @@ pub struct GoodnessOfFit {
     weights: [f64; 3],
 }
 
-/// What has to be added up per sample for a goodness of fit.
+/// Terms per sample that a goodness of fit needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Accumulation {
     /// Σ (simulated - measured)².
@@ -262,7 +262,7 @@ pub struct Norm {
 }
 
 impl GoodnessOfFit {
-    /// What has to be added up.
+    /// Terms to sum.
     #[must_use]
     pub fn accumulation(&self) -> Accumulation {
         match self.kind {

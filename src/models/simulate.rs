@@ -33,12 +33,12 @@ pub struct CalibratedVariant {
     pub parameters: Parameters,
     /// Upper bound of the perception delay \[s\], which fixes the scored window.
     pub tau_p_upper: f64,
-    /// Upper bound of the delay of an extension \[s\], where it is known; likewise.
+    /// Upper bound of the delay of an extension \[s\], if known; likewise.
     pub extension_delay_upper: Option<f64>,
 }
 
 impl CalibratedVariant {
-    /// A trajectory as its runs see it.
+    /// A trajectory for its runs.
     ///
     /// # Errors
     /// As [`Case::new`].
@@ -76,10 +76,10 @@ pub struct AxisError {
     ahead_samples: usize,
 }
 
-/// The case of a follower, measured at times `t`, whose preceding vehicle is a simulated one. The car ahead of that one is what the
-/// simulated one drove behind: measured, or simulated as well.
+/// The case of a follower, measured at times `t`, whose preceding vehicle is a simulated one. The car ahead of that one is the
+/// measured or simulated one that it drove behind.
 ///
-/// Positions of two pairs are counted from different zeros; the measured start of the shared car tells the difference.
+/// Positions of two pairs are counted from different zeros; the measured start of the shared car gives the difference.
 ///
 /// # Errors
 /// [`AxisError`] unless the two share every sample.
@@ -107,7 +107,7 @@ pub fn follow(case: &Case, t: &[f64], ahead: Ahead) -> Result<Case, AxisError> {
         ..case.clone()
     })
 }
-/// A desired speed beyond this many times the highest speed driven is hardly meant.
+/// A desired speed beyond this multiple of the highest driven speed is probably a mistake.
 const FAR: f64 = 2.0;
 /// No road vehicle desires more \[m/s\]: 252 km/h, the end of the set human.
 const DESIRED: f64 = 70.0;
@@ -122,5 +122,5 @@ pub fn far_above(v_0: f64, fastest: f64) -> bool {
 #[must_use]
 pub fn far_above_told(v_0: f64, fastest: f64) -> String {
     let unit = if v_0 > DESIRED { ": is it in km/h? m/s are expected" } else { ", so it changes little" };
-    format!("v_0 = {v_0} m/s is far above the {fastest:.1} m/s that the follower drives at most{unit}")
+    format!("v_0 = {v_0} m/s is far above the largest speed of the follower, {fastest:.1} m/s{unit}")
 }

@@ -35,16 +35,16 @@ pub struct ExtensionParameter {
     pub name: String,
     /// SI unit, `-` if dimensionless.
     pub unit: String,
-    /// What it means, in words.
+    /// Its meaning, in words.
     pub meaning: String,
     /// Smallest value in a calibration.
     pub lower: f64,
     /// Largest value in a calibration.
     pub upper: f64,
-    /// The value at which it does nothing, or as little as the bounds allow; NaN where it says when or how something happens and
-    /// not how much.
+    /// The neutral value, or the one of least effect within the bounds; NaN for a parameter that is a time and not a
+    /// size.
     pub neutral: f64,
-    /// What the program itself does with it.
+    /// Use of the parameter by the program itself.
     pub role: Role,
     /// How a diagnosis looks for the cause that it belongs to.
     pub search: SearchKind,
@@ -52,16 +52,16 @@ pub struct ExtensionParameter {
     pub scale: Scale,
 }
 
-/// How a diagnosis looks for a cause: what its parameters say.
+/// How a diagnosis searches for a cause, by its parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum SearchKind {
     /// Sizes: derivatives lead from one to the next.
     #[default]
     Size,
-    /// One size beyond which something is cut off; at its upper bound it does nothing.
+    /// One size at which a signal is cut off; neutral at its upper bound.
     Limit,
-    /// One size in which something comes in steps, so that no derivative leads there.
+    /// One step size of a discrete effect, so that no derivative helps.
     Steps,
     /// From a time on.
     Event,
@@ -84,22 +84,22 @@ pub enum Scale {
     Ratio,
 }
 
-/// What the program itself does with a parameter of an extension, beside handing it over.
+/// Use of an extension's parameter by the program itself, beside passing it on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Role {
     /// Nothing.
     #[default]
     Value,
-    /// The time loop delays everything that is perceived by it.
+    /// The time loop delays all perception by it.
     Delay,
-    /// It says how long an event lasts, so the length of the data bounds it.
+    /// The duration of an event, so the length of the data bounds it.
     Length,
 }
 
 impl ExtensionParameter {
     /// True for the parameters of events: when they happen, and for how long.
     pub(crate) fn is_time(&self) -> bool {
-        // Bounds of a day or so: nobody knows beforehand how long a file is.
+        // Bounds of a day or so: the length of a file is not known beforehand.
         self.unit == "s" && !self.neutral.is_finite() && self.upper >= 1e4
     }
 
@@ -219,13 +219,13 @@ macro_rules! symbol_table {
                 match self { $(Symbol::$ident => $unit,)* Symbol::Extension(row) => &row.unit }
             }
 
-            /// What it means, in words.
+            /// Its meaning, in words.
             #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self { $(Symbol::$ident => $meaning,)* Symbol::Extension(row) => &row.meaning }
             }
 
-            /// Table 3, or what the extension says.
+            /// Table 3, or the extension's own bounds.
             #[must_use]
             pub fn bounds(self) -> Bounds {
                 match self {
@@ -271,7 +271,7 @@ macro_rules! symbol_table {
             /// Sets the value of one symbol.
             ///
             /// # Panics
-            /// With more than [`EXTENSION_PARAMETERS`] parameters of extensions; a model that has so many is refused before.
+            /// With more than [`EXTENSION_PARAMETERS`] parameters of extensions; such a model is refused before.
             pub fn set(&mut self, symbol: Symbol, value: f64) {
                 match symbol {
                     $(Symbol::$ident => self.$ident = value,)*
@@ -304,8 +304,8 @@ symbol_table! {
 }
 
 impl Symbol {
-    /// The value at which a parameter of an extension does nothing; `None` for those of the table, and for parameters that say
-    /// when or how something happens and not how much.
+    /// The neutral value of a parameter of an extension; `None` for those of the table, and for parameters that are
+    /// times and not sizes.
     #[must_use]
     pub fn neutral(self) -> Option<f64> {
         match self {
@@ -326,7 +326,7 @@ impl Symbol {
         matches!(self, Symbol::Extension(row) if row.role == Role::Delay)
     }
 
-    /// True for those of an event that say how long an event lasts.
+    /// True for the durations of events.
     #[must_use]
     pub fn is_length_of_time(self) -> bool {
         matches!(self, Symbol::Extension(row) if row.is_time() && row.role == Role::Length)

@@ -1,6 +1,6 @@
-//! Tables as CSV: a header line, an empty field where there is no value, numbers in their shortest form that reads back the same.
+//! Tables as CSV: a header line, an empty field for a missing value, numbers in their shortest form that reads back the same.
 //!
-//! Texts are written as they are, for other tables are joined by them. One that begins like a formula is run by a spreadsheet that opens the file:
+//! Texts are written unchanged, because other tables are joined by them. A spreadsheet that opens the file runs one that begins like a formula:
 //! [`formula`] finds it.
 
 use super::html::is_formula;

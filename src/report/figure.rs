@@ -4,11 +4,11 @@
 
 use std::fmt::Write;
 
-/// Colours that can be told apart with every kind of colour blindness (Okabe and Ito).
+/// Colours that remain distinct with every kind of colour blindness (Okabe and Ito).
 pub const PALETTE: [&str; 6] = ["#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9"];
 /// Text and axes.
 pub const INK: &str = "#222222";
-/// Grid lines and what stands back.
+/// Grid lines and other background.
 pub const PALE: &str = "#dddddd";
 /// The paper's numbers.
 pub const PAPER: &str = "#777777";
@@ -129,7 +129,7 @@ impl Figure {
         self.rising([x + 3.0, y - r - 2.0], 10.0, value);
     }
 
-    /// What is drawn within belongs together; whoever points at it is told this text.
+    /// Shapes drawn within belong together and share this tooltip.
     pub fn told(&mut self, text: &str, draw: impl FnOnce(&mut Figure)) {
         let text = escape(text);
         self.push(format_args!("<g><title>{text}</title>"));
@@ -137,7 +137,7 @@ impl Figure {
         self.push(format_args!("</g>"));
     }
 
-    /// A name in the ink of all text, with a square of its colour before it, both centred at a point.
+    /// A name in the colour of all text, with a square of its own colour before it, both centred at a point.
     pub fn named(&mut self, [x, y]: [f64; 2], name: &str, colour: &str) {
         let width = 15.0 + 7.2 * name.chars().count() as f64;
         self.legend([x - width / 2.0, y], &[(name, colour)]);

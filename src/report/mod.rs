@@ -1,6 +1,6 @@
-//! What results look like to people and programs: one output format per file.
+//! Results for people and programs: one output format per file.
 //!
-//! A format knows nothing of how a result was computed; it gets plain numbers and writes them.
+//! A format does not depend on the computation of a result; it gets plain numbers and writes them.
 //! Formats return text and never touch the file system, so that the same result gives the same bytes.
 
 pub mod csv;

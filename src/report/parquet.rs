@@ -1,4 +1,4 @@
-//! Tables as Parquet: no compression, every column optional. That others can read it, `scripts/check-parquet` tests with
+//! Tables as Parquet: no compression, every column optional. `scripts/check-parquet` tests that others can read them, with
 //! pyarrow and DuckDB.
 
 use crate::study::table::{Column, Table, Values};
@@ -14,7 +14,7 @@ use std::sync::Arc;
 /// Rows that share a row group: readers take such pieces one by one.
 const GROUP: usize = 100_000;
 
-/// Who wrote a file. Not the library: the same table gives the same bytes as long as its way of writing stays.
+/// Creator of a file. Not the library: the same table gives the same bytes as long as its encoding stays.
 const CREATED_BY: &str = concat!("leadlag version ", env!("CARGO_PKG_VERSION"));
 
 /// The bytes of the file; `metadata` are names and texts that readers show beside the schema.

@@ -5,10 +5,10 @@ use crate::evaluator::{Case, Outcome};
 use crate::reference::Trace;
 use crate::score::{GoodnessOfFit, Signal};
 
-/// What the measured car ahead is called.
+/// Label of the measured car ahead.
 pub const AHEAD: &str = "preceding vehicle";
 
-/// Draws s, v and a over time; `ahead` is what the car ahead is called. A run that failed is drawn up to where it ended.
+/// Draws s, v and a over time; `ahead` is the label of the car ahead. A failed run is drawn up to its end.
 ///
 /// # Errors
 /// When the drawing library fails.

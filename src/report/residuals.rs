@@ -1,4 +1,4 @@
-//! What a simulation errs by, sorted: from the columns of a simulation file to an error budget and to residuals over speed.
+//! Errors of a simulation, sorted: from the columns of a simulation file to an error budget and to residuals over speed.
 
 use super::html::{Chart, Line, Panel, Role};
 use crate::diagnose::describe::covariates::Covariates;
@@ -7,9 +7,9 @@ use crate::result::{DataEntry, ResultFile};
 
 /// Width of the classes of speed \[m/s\].
 const CLASS: f64 = 1.0;
-/// Accelerations that tell what a car is doing are slopes over so many seconds to either side, as in a diagnosis \[s\].
+/// Accelerations that decide the driving state are slopes over this many seconds to either side, as in a diagnosis \[s\].
 const SLOPE_S: f64 = 0.5;
-/// Fewer samples say nothing about a class.
+/// Fewer samples are not enough for a class.
 const FEWEST: usize = 30;
 /// Times within this are the same \[s\]; so are root mean squares within this share of them, which only the order of a sum changes.
 const SAME: f64 = 1e-6;
@@ -25,7 +25,7 @@ pub struct Simulated {
     pub v_l: Vec<f64>,
     /// Measured spacing \[m\], speed \[m/s\], acceleration \[m/s²\].
     pub measured: [Vec<f64>; 3],
-    /// The same, simulated; NaN where it is not.
+    /// The same, simulated; NaN if it is not.
     pub simulated: [Vec<f64>; 3],
     /// First compared sample.
     pub first: usize,
@@ -44,7 +44,7 @@ impl Simulated {
         all
     }
 
-    /// By what the simulation is of another drive than a result says; none if nothing shows that it is.
+    /// Why the simulation belongs to another drive than the result; none without a sign of that.
     #[must_use]
     pub fn other_drive(&self, entry: &DataEntry) -> Option<String> {
         let ends = [self.t.first(), self.t.last()].map(|t| t.copied().unwrap_or(f64::NAN));
@@ -83,8 +83,8 @@ impl Simulated {
     }
 }
 
-/// By what simulations are not those that a result was measured on: its error of the spacing is another one. None if it is the same, or
-/// where the result has none.
+/// Why simulations are not those of a result: its error of the spacing differs. None if it is the same, or
+/// the result has none.
 #[must_use]
 pub fn other_errors(all: &[Simulated], result: &ResultFile) -> Option<String> {
     let expected = result.score.get("rmse_s").copied().flatten()?;
@@ -123,7 +123,7 @@ pub fn error_budget(all: &[Simulated]) -> Option<Budget> {
     budget(&runs)
 }
 
-/// Mean residual, and where two thirds of the residuals lie, in classes of measured speed; none where no class has samples enough.
+/// Mean residual, and the range of two thirds of the residuals, in classes of measured speed; none if no class has enough samples.
 #[must_use]
 pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
     let mut classes: std::collections::BTreeMap<usize, Vec<[f64; 3]>> = std::collections::BTreeMap::new();
@@ -138,7 +138,7 @@ pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
     if classes.is_empty() {
         return None;
     }
-    // Between two classes that are no neighbours a row without values: a line through it would be made up.
+    // Between two classes that are not neighbours a row without values, so that no line connects them.
     let apart: Vec<usize> =
         classes.keys().zip(classes.keys().skip(1)).filter(|(a, b)| *a + 1 < **b).map(|(a, _)| a + 1).collect();
     apart.into_iter().for_each(|class| _ = classes.insert(class, Vec::new()));
@@ -174,7 +174,7 @@ pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
 mod tests {
     use super::*;
 
-    /// The simulation is 1 m too far behind below 10 m/s, and right above; it breaks off at sample 180.
+    /// The simulation is 1 m too far behind below 10 m/s, and right above; it ends early at sample 180.
     fn made_up() -> Simulated {
         let count = 200;
         let v: Vec<f64> = (0..count).map(|i| 0.1 * i as f64).collect();

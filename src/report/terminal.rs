@@ -1,4 +1,4 @@
-//! Lines over time as text, for a terminal: made of ASCII marks, so that they can be told apart without colours and in every font.
+//! Lines over time as text, for a terminal: made of ASCII marks, so that they are distinct without colours and in every font.
 
 use std::fmt::Write;
 
@@ -16,15 +16,15 @@ const BOTH: char = '#';
 pub struct Curve<'a> {
     /// Its name.
     pub name: &'a str,
-    /// What it is drawn with.
+    /// Its mark.
     pub mark: char,
     /// Its ANSI colour, such as 33; none for that of the text.
     pub colour: Option<u8>,
-    /// Its values; what is not finite leaves a gap.
+    /// Its values; a value that is not finite leaves a gap.
     pub values: Vec<f64>,
 }
 
-/// A chart of so many columns over a signal and its unit; every column shows the lowest and the highest of its samples and all between them.
+/// A chart of this many columns over a signal and its unit; every column shows the lowest and the highest of its samples and all between them.
 /// Empty without a value.
 #[must_use]
 pub fn chart(label: &str, (t, unit): (&[f64], &str), curves: &[Curve], columns: usize, colours: bool) -> String {
@@ -58,7 +58,7 @@ pub fn chart(label: &str, (t, unit): (&[f64], &str), curves: &[Curve], columns: 
     text
 }
 
-/// Who is in a cell.
+/// Marks in a cell.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Cell {
     Of(usize),

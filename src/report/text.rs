@@ -4,7 +4,7 @@ use crate::result::{CorrelationEntry, IdentifiabilityEntry, ReplicateEntry, Resu
 use std::fmt::Write;
 use textwrap::{Options, WordSplitter};
 
-/// What was fitted to what, how well, with which parameters.
+/// Model and data, quality of the fit, parameters.
 #[must_use]
 pub fn calibration(result: &ResultFile) -> String {
     let mut text = String::new();
@@ -61,7 +61,7 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         )?;
     }
     if let Some((evaluations, share)) = result.replicates.iter().filter_map(arrival).max() {
-        writeln!(text, "             within 0.1 % of its best after {evaluations} evaluations ({share} %)")?;
+        writeln!(text, "             within 0.1 %of its best after {evaluations} evaluations ({share} %)")?;
     }
     if let Some(cv) = result.cv {
         writeln!(text, "             coefficient of variation over replicates {:.3} %", 100.0 * cv)?;
@@ -96,12 +96,12 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     Ok(())
 }
 
-/// Parameters that change by less than this share are not told \[-\].
+/// Parameters that change by less than this share are not printed \[-\].
 const CHANGED: f64 = 0.02;
-/// Parameters that are told, the most changed first.
+/// Number of printed parameters, the most changed first.
 const CHANGES: usize = 4;
 
-/// What faults of the data do to the parameters, where that was computed.
+/// Effect of faults of the data on the parameters, if computed.
 fn changes(result: &ResultFile) -> Option<String> {
     let compared = result.compared.as_ref()?;
     let mut changed: Vec<(&str, f64, f64)> = result
@@ -128,7 +128,7 @@ fn changes(result: &ResultFile) -> Option<String> {
     })
 }
 
-/// The mark of a parameter at a bound, which has a column of its own where there is one.
+/// The mark of a parameter at a bound, in its own column, if any.
 const AT_BOUND: &str = "AT BOUND";
 
 /// Values, units, bounds, meanings.
@@ -151,7 +151,7 @@ fn write_parameters(text: &mut String, result: &ResultFile) -> std::fmt::Result 
         text.push_str(&wrapped(0, 2, &format!("\nNOT ONE DRIVER: {drivers}")));
     }
     if !result.at_bound.is_empty() {
-        // Bounds of cars with adaptive cruise control, of Table 3 or as asked for.
+        // Bounds of cars with adaptive cruise control, of Table 3 or as requested.
         let acc = result.bounds_from.as_ref().is_some_and(|from| from.starts_with("acc:") && !from.contains("human:"));
         let human = if acc { "--bounds human is for a human driver, and " } else { "" };
         text.push_str(&wrapped(
@@ -166,14 +166,14 @@ fn write_parameters(text: &mut String, result: &ResultFile) -> std::fmt::Result 
     Ok(())
 }
 
-/// Evaluations after which a replicate was within 0.1 % of where it ended, and their share of all \[%\].
+/// Evaluations after which a replicate was within 0.1 % of its final score, and their share of all \[%\].
 fn arrival(replicate: &ReplicateEntry) -> Option<(u64, u64)> {
     let (_, last) = replicate.convergence.last()?;
     let (evaluations, _) = replicate.convergence.iter().find(|(_, score)| *score <= last + 1e-3 * last.abs())?;
     Some((*evaluations, 100 * evaluations / replicate.evaluations.max(1)))
 }
 
-/// Intervals, and the parameter that each one goes with most.
+/// Intervals, and the most correlated parameter of each.
 fn write_identifiability(
     text: &mut String,
     result: &ResultFile,
@@ -209,10 +209,10 @@ fn write_identifiability(
     Ok(())
 }
 
-/// What stands in place of an interval that says next to nothing.
+/// Text in place of an interval that excludes almost nothing.
 pub(super) const UNDETERMINED: &str = "not determined";
 
-/// What parentheses around the end of an interval mean.
+/// Meaning of parentheses around the end of an interval.
 pub(super) const OPEN: &str = "in parentheses: a bound of the search, not a limit set by the data";
 
 /// The other parameter with the strongest correlation, if it is above 0.5.
@@ -226,10 +226,10 @@ pub(super) fn partner(correlation: &CorrelationEntry, name: &str) -> Option<Stri
 /// Columns of the terminal.
 const WIDTH: usize = 80;
 const INDENT: usize = 13;
-/// Most blanks before what goes on: the longest words of a table still fit behind them.
+/// Most blanks before a continued line: the longest words of a table still fit behind them.
 const INDENT_MAX: usize = WIDTH - 16;
 
-/// A line wrapped to 80 columns: its first part is indented by `first` blanks, what follows by `rest`. A number stays with its unit.
+/// A line wrapped to 80 columns: its first part is indented by `first` blanks, the rest by `rest`. A number stays with its unit.
 #[must_use]
 pub fn wrapped(first: usize, rest: usize, line: &str) -> String {
     let [first, rest] = [first, rest].map(|blanks| " ".repeat(blanks.min(INDENT_MAX)));
@@ -242,10 +242,10 @@ pub fn wrapped(first: usize, rest: usize, line: &str) -> String {
 
 /// A blank at which no line ends.
 const JOINT: char = '\u{e000}';
-/// Words that say nothing without the number before them.
+/// Words that mean nothing without the number before them.
 const UNITS: [&str; 12] = ["m", "m/s", "m/s²", "m/s2", "s", "%", "Hz", "kg", "km", "km/h", "m/km", "nats"];
 
-/// A line whose units hang on to their numbers.
+/// A line whose units stay with their numbers.
 fn joined(line: &str) -> String {
     let mut text = String::with_capacity(line.len());
     for word in line.split_inclusive(' ') {
@@ -262,7 +262,7 @@ fn joined(line: &str) -> String {
     text
 }
 
-/// Where a word may end a line: behind a hyphen, but not behind that of an exponent, and never in a flag, which is copied.
+/// Where a word may be broken: after a hyphen, but not in an exponent, and never in a flag, which users copy.
 fn split_points(word: &str) -> Vec<usize> {
     if word.contains("--") {
         return Vec::new();
@@ -309,7 +309,7 @@ mod tests {
                 assert!(text.lines().all(|line| line.chars().count() <= 80), "{text}");
             }
         }
-        // Columns keep their distance, and other hyphens are as good as ever.
+        // Columns keep their distance, and other hyphens still break.
         assert_eq!(wrapped(0, 0, "v_0  30.5  m/s  desired"), "v_0  30.5  m/s  desired\n");
         assert_eq!(split_points("well-known"), [5]);
     }

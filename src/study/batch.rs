@@ -1,8 +1,8 @@
-//! Many calibrations on one evaluator: whatever they want simulated at a time becomes one job table.
+//! Many calibrations on one evaluator: their concurrent requests become one job table.
 //!
 //! Each calibration runs in a thread of its own and sees an evaluator of its one case, an [`Outpost`]. The evaluator itself stays in
 //! one place, the [`Post`], which waits for the calibrations under way to ask, simulates everything in one go, and answers.
-//! What a candidate scores does not depend on its neighbours, so neither does any result.
+//! The score of a candidate does not depend on its neighbours, so neither does any result.
 
 use crate::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score};
 use crate::score::GoodnessOfFit;
@@ -10,7 +10,7 @@ use std::sync::mpsc::{Receiver, Sender, channel};
 use std::sync::{Arc, Mutex};
 use std::time::Duration;
 
-/// What a calibration wants simulated.
+/// Request of a calibration.
 struct Request {
     /// The group of calibrations it belongs to, 0 or 1.
     group: usize,
@@ -18,13 +18,13 @@ struct Request {
     want: Want,
 }
 
-/// What it wants back, and where to.
+/// The requested results, and their destination.
 enum Want {
     Scores(Sender<Vec<Score>>),
     Outcomes(Sender<Vec<Outcome>>),
 }
 
-/// What a calibration tells the post.
+/// Message of a calibration to the post.
 enum Message {
     Request(Request),
     /// The thread ends.
@@ -44,7 +44,7 @@ pub struct Outpost {
     answers: [Option<Receiver<Vec<Score>>>; 2],
 }
 
-/// Who computes: under `auto` that may change on the way.
+/// The evaluator: under `auto` it may change on the way.
 struct Identity {
     name: &'static str,
     precision: &'static str,
@@ -58,10 +58,10 @@ impl Identity {
 }
 
 fn lock(identity: &Mutex<Identity>) -> std::sync::MutexGuard<'_, Identity> {
-    identity.lock().expect("nobody panics with it")
+    identity.lock().expect("no thread panics with it")
 }
 
-/// A thread's line to the post; tells it when the thread ends.
+/// A thread's line to the post; reports the end of the thread.
 pub struct Line {
     group: usize,
     to_post: Sender<Message>,
@@ -86,7 +86,7 @@ impl Line {
 
 impl Drop for Line {
     fn drop(&mut self) {
-        // A post that is gone needs not to be told.
+        // A post that is gone needs no message.
         let _ = self.to_post.send(Message::Gone(self.group));
     }
 }
@@ -151,9 +151,9 @@ impl Evaluator for Outpost {
     }
 }
 
-/// So long nobody must have asked for those who have to be served. Breeding a generation takes less.
+/// The post waits this long for further requests before it serves the others. Breeding a generation takes less.
 const QUIET: Duration = Duration::from_millis(2);
-/// How often progress is shown while there is nothing to serve.
+/// Interval of progress messages while there is nothing to serve.
 const LONG: Duration = Duration::from_millis(100);
 
 /// Where the shared evaluator is.
@@ -162,10 +162,10 @@ pub struct Post<'a> {
     identity: Arc<Mutex<Identity>>,
     receiver: Receiver<Message>,
     sender: Option<Sender<Message>>,
-    /// Per group: threads that are there, and what they want.
+    /// Per group: active threads, and their requests.
     threads: [usize; 2],
     pending: [Vec<Request>; 2],
-    /// Jobs of each group that the evaluator has got and not yet finished.
+    /// Unfinished jobs of each group at the evaluator.
     under_way: [Vec<Request>; 2],
     groups: usize,
 }
@@ -180,7 +180,7 @@ impl<'a> Post<'a> {
         Post { evaluator, identity, receiver, sender: Some(sender), threads, pending, under_way, groups }
     }
 
-    /// A line for one more thread; all are handed out before [`Post::serve`].
+    /// A line for one more thread; all are created before [`Post::serve`].
     pub fn line(&mut self) -> Line {
         let total: usize = self.threads.iter().sum();
         let group = total % self.groups;
@@ -193,7 +193,7 @@ impl<'a> Post<'a> {
         }
     }
 
-    /// Serves until every thread has gone. `idle` is called now and then.
+    /// Serves until every thread has ended. `idle` is called from time to time.
     ///
     /// # Errors
     /// When the evaluator fails; the threads then get [`Closed`].
@@ -220,8 +220,8 @@ impl<'a> Post<'a> {
         }
     }
 
-    /// Waits until every thread of a group has asked or gone. Some may be busy for long, with scores that they compute themselves: once
-    /// it has been quiet for a moment, those that have asked are served. No result depends on who is served with whom.
+    /// Waits until every thread of a group has asked or ended. Some may be busy for long, with scores that they compute themselves: after
+    /// a quiet moment, it serves those that have asked. No result depends on which threads are served together.
     fn fill(&mut self, group: usize, idle: &mut dyn FnMut()) {
         while self.pending[group].len() + self.under_way[group].len() < self.threads[group] {
             let work = self.pending.iter().chain(&self.under_way).any(|requests| !requests.is_empty());
@@ -238,7 +238,7 @@ impl<'a> Post<'a> {
 
     fn submit(&mut self, group: usize, set: BufferSet) -> Result<(), EvaluateError> {
         let mut requests = std::mem::take(&mut self.pending[group]);
-        // Questions of another kind are answered at once.
+        // Other questions are answered at once.
         for request in requests.extract_if(.., |request| matches!(request.want, Want::Outcomes(_))) {
             let outcomes = self.evaluator.outcomes(&jobs(std::slice::from_ref(&request)))?;
             if let Want::Outcomes(answer) = request.want {

@@ -1,7 +1,7 @@
 //! Claims: which tasks are under way in which process, so that two runs on one folder share the work.
 //!
-//! A claim is a lock on an empty file. The operating system lets go of it when the process ends, however it ends, so a claim never
-//! outlives its process. Claims save work and nothing else: where locks do not work, a task may be done twice, with the same bytes.
+//! A claim is a lock on an empty file. The operating system releases it when the process ends, however it ends, so a claim never
+//! outlives its process. Claims only save work: without locks, a task may be done twice, with the same bytes.
 
 use super::folder::Folder;
 use std::fs::{self, File, TryLockError};
@@ -29,22 +29,22 @@ impl Claim {
         }
     }
 
-    /// False where the folder has no locks: two runs on it would not notice each other.
+    /// False if the folder has no locks: two runs on it would not notice each other.
     #[must_use]
     pub fn work(folder: &Folder) -> bool {
-        // Held by somebody else, it works.
+        // Another process holds the claim.
         let Some(claim) = Claim::take(folder, "locks") else { return true };
         let is_locked = claim.is_locked();
         claim.finish();
         is_locked
     }
 
-    /// False where the file system has no locks, so that somebody else may believe the same.
+    /// False if the file system has no locks, so that another process may believe the same.
     pub fn is_locked(&self) -> bool {
         self.file.is_some()
     }
 
-    /// Ends a claim whose part is written. The file goes away while it is locked: whoever gets hold of the old one afterwards finds
+    /// Ends a claim whose part is written. The file is removed while it is locked: a process that locks the old one afterwards finds
     /// the part.
     pub fn finish(self) {
         let _ = fs::remove_file(&self.path);

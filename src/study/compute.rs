@@ -1,4 +1,4 @@
-//! One task: calibrate, score again in f64, try on the other trajectories.
+//! One task: calibrate, score again in f64, validate on the other trajectories.
 
 use super::part::{CalibrationRow, Part, RunRow, ValidationRow};
 use super::task::{Study, Task};
@@ -12,7 +12,7 @@ use crate::symbols::Parameters;
 use indexmap::IndexMap;
 use std::ops::ControlFlow;
 
-/// What all tasks of one variant and goodness of fit share.
+/// Shared by all tasks of one variant and goodness of fit.
 pub struct Round<'a> {
     /// The study.
     pub study: &'a Study,
@@ -25,7 +25,7 @@ pub struct Round<'a> {
 }
 
 impl Round<'_> {
-    /// Computes a task; `None` if it was interrupted. `progress` is told the evaluations of each generation, and may stop.
+    /// Computes a task; `None` if it was interrupted. `progress` receives the evaluations of each generation, and may stop.
     pub fn compute(
         &self,
         task: &Task,
@@ -57,7 +57,7 @@ impl Round<'_> {
         Ok(Some(Part { schema_version: SCHEMA_VERSION, id: task.id.clone(), calibration: row, validations }))
     }
 
-    /// A row in which nothing has been found yet.
+    /// A row without a result yet.
     fn row(&self, task: &Task, index: usize, evaluator: &dyn Evaluator) -> CalibrationRow {
         let (plan, drive) = (&self.study.plan.calibration, &self.study.drives[index].entry);
         CalibrationRow {
@@ -89,7 +89,7 @@ impl Round<'_> {
         }
     }
 
-    /// Fills in what was found, and tries it on the other trajectories.
+    /// Fills in the result, and validates it on the other trajectories.
     fn found(
         &self,
         row: &mut CalibrationRow,

@@ -11,17 +11,17 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// So many trajectories are named where one has to be chosen.
+/// Largest number of trajectories in a message that asks for one.
 const NAMED: usize = 5;
 
 /// One follower of one platoon, ready to be calibrated on.
 #[derive(Debug, Clone)]
 pub struct Drive {
-    /// What the study's files say about it.
+    /// Description in the study's files.
     pub entry: DriveEntry,
     /// The trajectory.
     pub trajectory: Trajectory,
-    /// The vehicle, where it is known.
+    /// The vehicle, if known.
     pub vehicle: Option<Vehicle>,
 }
 
@@ -32,13 +32,13 @@ pub struct DriveEntry {
     pub platoon: String,
     /// 1 = right behind the platoon leader.
     pub follower: usize,
-    /// The follower's vehicle: its short name where it is known, else its name in the file.
+    /// The follower's vehicle: its short name if known, otherwise its name in the file.
     pub vehicle: String,
     /// The file, as the plan names it.
     pub file: String,
     /// SHA-256 of the file.
     pub sha256: String,
-    /// SHA-256 of everything a simulation gets to see: the prepared signals, the grade, the vehicle.
+    /// SHA-256 of all input of a simulation: the prepared signals, the grade, the vehicle.
     pub fingerprint: String,
     /// Number of samples.
     pub samples: usize,
@@ -46,7 +46,7 @@ pub struct DriveEntry {
     pub dt_s: f64,
     /// First and last time used \[s\], as in the file.
     pub window_s: [f64; 2],
-    /// What was done to the data, one line each.
+    /// Changes to the data, one line each.
     pub notes: Vec<String>,
 }
 
@@ -66,12 +66,12 @@ pub enum DriveError {
     Import {
         /// The platoon.
         platoon: String,
-        /// The file, if there is none.
+        /// The file, if it is missing.
         missing: Option<String>,
         /// Why.
         source: Box<ImportError>,
     },
-    /// The column map is broken, or there is none of this name.
+    /// The column map is broken or unknown.
     #[error("platoon {platoon}: columns")]
     Map {
         /// The platoon.
@@ -116,12 +116,12 @@ pub enum DriveError {
     NoneUsable {
         /// The platoon.
         platoon: String,
-        /// How many there are.
+        /// Their number.
         count: usize,
-        /// What is wrong with the first.
+        /// The fault of the first.
         reason: String,
     },
-    /// The vehicle is not known, or its table is broken.
+    /// The vehicle is unknown, or its table is broken.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
 }
@@ -129,28 +129,28 @@ pub enum DriveError {
 fn unread(platoon: &str, missing: Option<&str>) -> String {
     match missing {
         Some(path) => format!(
-            "{path}: no such file, wanted by platoon {platoon}; `--data DIR` names another data folder than the plan does"
+            "{path}: no such file, needed by platoon {platoon}; `--data DIR` names another data folder than the plan does"
         ),
         None => format!("platoon {platoon}"),
     }
 }
 
-/// The name of a file that is not there.
+/// The name of a missing file.
 fn missing(path: &Path) -> Option<String> {
     (!path.exists()).then(|| path.display().to_string())
 }
 
-/// A trajectory of an entry that stands for many, which cannot be used.
+/// A trajectory of an entry for several, which cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LeftOut {
     /// The platoon.
     pub platoon: String,
-    /// What is wrong with it.
+    /// The fault.
     pub reason: String,
 }
 
-/// Reads every trajectory of a plan, in its order, and each file once where entries of one file follow each other. Beside them, what was left out
-/// of entries that stand for many.
+/// Reads every trajectory of a plan, in its order, and each file once if entries of one file follow each other. Also returns the trajectories left
+/// out of entries for several.
 ///
 /// # Errors
 /// [`DriveError`] with the platoon it concerns.
@@ -161,7 +161,7 @@ pub fn read(data: &DataPlan) -> Result<(Vec<Drive>, Vec<LeftOut>), DriveError> {
     };
     let (mut drives, mut left_out) = (Vec::new(), Vec::new());
     let mut names: HashSet<String> = data.platoons.iter().map(|plan| plan.name.clone()).collect();
-    // The one read last, and what it was read by.
+    // The last file read, and the settings of its reading.
     let mut last: Option<(PlatoonPlan, Recording)> = None;
     for entry in &data.platoons {
         let many = entry.all || entry.is_pattern;
@@ -182,7 +182,7 @@ pub fn read(data: &DataPlan) -> Result<(Vec<Drive>, Vec<LeftOut>), DriveError> {
                 for &follower in plan.followers.as_ref().unwrap_or(&all) {
                     match one(data, plan, recording, follower, &vehicles, entry.all) {
                         Ok(mut drive) => {
-                            // Of many pairs nobody knows that two followers without a name are one.
+                            // Of many pairs it is unknown whether two followers without a name are one.
                             if many && is_nameless(&drive.entry.vehicle) {
                                 drive.entry.vehicle.clone_from(&plan.name);
                             }
@@ -214,12 +214,12 @@ fn recording(data: &DataPlan, plan: &PlatoonPlan) -> Result<Recording, DriveErro
     let own = data.folder.join(given);
     let map = if own.exists() { ColumnMap::find(&own.display().to_string()) } else { ColumnMap::find(given) };
     let mut map = map.map_err(|source| DriveError::Map { platoon: platoon(), source: Box::new(source) })?;
-    // As the plan names it: where the folder lies is no part of a study.
+    // As named in the plan: the place of the folder is not part of a study.
     map.name.clone_from(given);
     read_mapped(&path, &map).map_err(unread)
 }
 
-/// The platoon that the plan names; where it names none, or one that preparing will miss, the first.
+/// The platoon named by the plan; if it names none, or one that preparation will not find, the first.
 fn chosen<'a>(recording: &'a Recording, plan: &PlatoonPlan) -> &'a Platoon {
     let wanted = |platoon: &&Platoon| plan.trajectory.is_some() && platoon.id == plan.trajectory;
     recording.platoons.iter().find(wanted).unwrap_or(&recording.platoons[0])
@@ -298,7 +298,7 @@ fn one(
     Ok(Drive { entry, trajectory, vehicle })
 }
 
-/// How far the car ahead of a follower is behind the platoon leader at the first row \[m\]: gaps and lengths of the cars between.
+/// Distance of the car ahead of a follower behind the platoon leader at the first row \[m\]: gaps and lengths of the cars between.
 fn behind_leader(platoon: &Platoon, follower: usize, length: &dyn Fn(usize) -> Option<f64>) -> f64 {
     let first_gap = |number: usize| {
         let car = platoon.cars.iter().find(|car| car.number == number)?;

@@ -9,10 +9,10 @@ use std::path::Path;
 /// A study that cannot be planned, run or merged.
 #[derive(Debug, thiserror::Error)]
 pub enum StudyError {
-    /// Every trajectory of a vehicle is validated on every other one, which are too many.
+    /// Every trajectory of a vehicle is validated on every other one, and these are too many.
     #[error(
         "the plan has {runs} validation runs, expected at most {most}: each winner is validated on all other platoons of its vehicle, {drives} \
-         trajectories in all; set validation.on = \"none\", or name the vehicles by `vehicle` in [[platoon]] if they are several"
+         trajectories in all; set validation.on = \"none\", or name different vehicles by `vehicle` in [[platoon]]"
     )]
     TooManyValidations {
         /// Runs.
@@ -31,7 +31,7 @@ pub enum StudyError {
     /// A variant cannot be calibrated on a trajectory.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// A variant needs something of a trajectory that is not known.
+    /// A variant needs missing data of a trajectory.
     #[error("{drive}: variant {variant} needs {what}; {remedy}")]
     Missing {
         /// The trajectory.
@@ -43,7 +43,7 @@ pub enum StudyError {
         /// What to do.
         remedy: &'static str,
     },
-    /// The bounds of a variant cannot be.
+    /// Invalid bounds of a variant.
     #[error("variant {variant}")]
     Bounds {
         /// The variant.
@@ -54,7 +54,7 @@ pub enum StudyError {
     /// The evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// A calibration failed for a reason that is no result.
+    /// A calibration failed without a result.
     #[error("task {id}")]
     Calibrate {
         /// The task.
@@ -67,7 +67,7 @@ pub enum StudyError {
     File {
         /// The file.
         path: String,
-        /// What was being done.
+        /// The step under way.
         doing: &'static str,
         /// Why it failed.
         source: std::io::Error,
@@ -80,9 +80,9 @@ pub enum StudyError {
         "{0}: expected a study folder, found a file; make one with `leadlag study plan {0} --out DIR`, then name DIR"
     )]
     PlanForFolder(String),
-    /// A file of the folder that is not what it should be.
+    /// A file of the folder with unexpected content.
     #[error(
-        "{path}:{line}: expected {expected}; make it anew with `leadlag study plan PLAN.toml --out DIR`: finished parts are kept"
+        "{path}:{line}: expected {expected}; write it again with `leadlag study plan PLAN.toml --out DIR`, which keeps finished parts"
     )]
     Content {
         /// The file.
@@ -92,18 +92,18 @@ pub enum StudyError {
         /// What was expected.
         expected: &'static str,
     },
-    /// A plan that is no copy of a study lies where the copy would be written.
+    /// A plan that is not a copy of a study lies where the copy would be written.
     #[error(
-        "{0}: another plan, which the study's copy of this one would replace; name another folder with --out, or rename that plan"
+        "{0}: the folder holds another plan, which the study's copy of this one would replace; give another folder with --out, or rename that plan"
     )]
     ForeignPlan(String),
-    /// The tasks are of another plan than the rest.
+    /// The tasks belong to another plan than the rest.
     #[error(
         "{0}: tasks.jsonl is not the list that study.json was written for: planning was interrupted, or one of them was \
          changed; repeat `leadlag study plan PLAN.toml --out {0}`: finished parts are kept"
     )]
     HalfPlanned(String),
-    /// What the folder's plan makes now is not what it made when it was planned.
+    /// The folder's plan has changed since it was planned.
     #[error(
         "{folder}: {changed} of {tasks} tasks are not those that were planned: the data, the plan or the program ({program}) have \
          changed since; `leadlag study plan {folder}/plan.toml --data {data} --out {folder}` accepts that, and keeps the parts of all \
@@ -130,18 +130,18 @@ pub enum StudyError {
         source: std::io::Error,
     },
     /// No such task.
-    #[error("task `{id}`: {found} tasks of this study begin so, expected one{}; tasks.jsonl lists all", listed(first, *found))]
+    #[error("task `{id}`: {found} tasks of this study begin with this id, expected one{}; tasks.jsonl lists all", listed(first, *found))]
     NoTask {
         /// As given.
         id: String,
-        /// How many tasks begin like it.
+        /// Number of tasks that begin like it.
         found: usize,
         /// The ids of the first of them.
         first: Vec<String>,
     },
 }
 
-/// `: A, B, ...` of the ids that are known.
+/// `: A, B, ...` of the known ids.
 fn listed(first: &[String], found: usize) -> String {
     let more = if found > first.len() { ", ..." } else { "" };
     if first.is_empty() { String::new() } else { format!(": {}{more}", first.join(", ")) }

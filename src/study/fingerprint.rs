@@ -1,9 +1,9 @@
-//! What tells one drive from another, wherever it is read from.
+//! Fingerprint that distinguishes drives, whatever file they are read from.
 
 use crate::trajectory::Trajectory;
 use crate::vehicle::Vehicle;
 
-/// SHA-256 of all numbers that a simulation may see, or that tell when it ended. Names and paths are no part of it.
+/// SHA-256 of all numbers that a simulation may read, or that decide when it ends. Names and paths are not included.
 pub(crate) fn fingerprint(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> String {
     let mut bytes: Vec<u8> = Vec::new();
     let mut add = |values: &[f64]| {

@@ -49,7 +49,7 @@ pub struct StudyFile {
     pub gofs: Vec<String>,
     /// The variants.
     pub variants: Vec<String>,
-    /// What every variant has beyond those of Table 1.
+    /// Parameters of the variants beyond those of Table 1.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub extensions: Vec<StoredExtension>,
     /// The laws among the base models.
@@ -76,7 +76,7 @@ impl StudyFile {
         let extensions = self.extensions.iter().filter_map(|stored| stored.read().ok().flatten());
         let mut own: Vec<Symbol> = Vec::new();
         for symbol in extensions.chain(self.read_laws()).flat_map(Extension::own_parameters) {
-            // Laws may have a parameter of the same name; the plan sees to it that it has the same unit.
+            // Laws may have a parameter of the same name; the plan ensures that it has the same unit.
             if !own.iter().any(|known| known.name() == symbol.name()) {
                 own.push(symbol);
             }
@@ -129,7 +129,7 @@ impl Folder {
         write_whole(&copy, plan.as_bytes())?;
         let pretty = serde_json::to_string_pretty(&file).expect("a study is valid JSON") + "\n";
         write_whole(&path.join("study.json"), pretty.as_bytes())?;
-        // Last: without it there is no study, and one of another plan is known by its checksum.
+        // Last: without it there is no study, and its checksum reveals one of another plan.
         write_whole(&path.join("tasks.jsonl"), lines.as_bytes())?;
         Ok(folder)
     }
@@ -149,7 +149,7 @@ impl Folder {
         Ok(Folder { path: path.to_owned() })
     }
 
-    /// Makes the folders of parts, claims and runs, where they are not there: copies of a study lose those that are empty.
+    /// Creates missing folders of parts, claims and runs: copies of a study lose those that are empty.
     ///
     /// # Errors
     /// When one cannot be made.
@@ -173,7 +173,7 @@ impl Folder {
                 break;
             }
             hash.update(&line);
-            // Of a list that is not the plan's no task counts, and its first fault neither.
+            // If the list does not belong to the plan, neither its tasks nor its faults count.
             if let Ok(read) = &mut tasks {
                 match serde_json::from_slice(&line) {
                     Ok(task) => read.push(task),
@@ -187,7 +187,7 @@ impl Folder {
         tasks
     }
 
-    /// What the plan means.
+    /// The plan, read.
     ///
     /// # Errors
     /// When it cannot be read, or is of another version.
@@ -199,10 +199,10 @@ impl Folder {
             .ok_or_else(|| self.content(&path, 1, "a study.json of this version of the program"))
     }
 
-    /// The plan as it was given, with the name, the data folder and the extensions that the study keeps.
+    /// The plan as given, with the name, the data folder and the extensions in the study.
     ///
     /// # Errors
-    /// When it cannot be read, or cannot be any more.
+    /// When it is unreadable, or no longer valid.
     pub fn plan(&self) -> Result<Plan, StudyError> {
         let file = self.study_file()?;
         let mut plan = Plan::read_with(&self.path.join("plan.toml"), &[file.extensions, file.laws].concat())?;
@@ -211,10 +211,10 @@ impl Folder {
         Ok(plan)
     }
 
-    /// The plan with its data, read again; they must still make the tasks that were planned.
+    /// The plan with its data, read again; they must still give the planned tasks.
     ///
     /// # Errors
-    /// [`StudyError::Changed`], and all that reading data may fail with.
+    /// [`StudyError::Changed`], and all errors of reading data.
     pub fn study(&self, data: Option<&Path>) -> Result<(Study, Vec<Task>), StudyError> {
         let mut plan = self.plan()?;
         if let Some(data) = data {
@@ -264,7 +264,7 @@ impl Folder {
         self.path.join("claims")
     }
 
-    /// What each process has done.
+    /// Work of each process.
     #[must_use]
     pub fn runs(&self) -> PathBuf {
         self.path.join("runs")
@@ -287,24 +287,24 @@ impl Folder {
         Folder { path: path.to_owned() }
     }
 
-    /// Removes what processes that were killed while they wrote have left. Nothing need lock these files, so only those go that nobody
+    /// Removes files that killed processes left unfinished. These files have no locks, so only those are removed that no process
     /// can still be writing.
     pub fn sweep(&self) {
         let folders = [self.path.clone(), self.parts(), self.runs(), self.merged(), self.report()];
         for entry in folders.iter().flat_map(fs::read_dir).flatten().flatten() {
             let is_temporary = entry.path().extension().is_some_and(|ending| ending == TEMPORARY);
             if is_temporary && entry.metadata().is_ok_and(|file| file.is_file() && whole::is_old(&file)) {
-                // Best effort: it does no harm where it is.
+                // Best effort: a leftover does no harm.
                 let _ = fs::remove_file(entry.path());
             }
         }
     }
 }
 
-/// Writes a file whole or not at all.
+/// Writes a file completely, or leaves the old one.
 ///
 /// # Errors
-/// When it cannot be written; nothing of it is left then.
+/// When it cannot be written; then nothing of it remains.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
     whole::write(path, content).map_err(StudyError::file(path, "write the file"))
 }

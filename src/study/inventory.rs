@@ -1,4 +1,4 @@
-//! What is there of a study: which parts are whole, missing, double, damaged or foreign.
+//! State of a study: which parts are whole, missing, double, damaged or foreign.
 
 use super::folder::Folder;
 use super::part::Part;
@@ -12,17 +12,17 @@ use std::path::{Path, PathBuf};
 /// The parts of a study.
 #[derive(Debug, Default)]
 pub struct Inventory {
-    /// Per task, in its order: the part, if it is there and whole.
+    /// Per task, in its order: the complete part, if any.
     pub parts: Vec<Option<Part>>,
-    /// Tasks without a whole part, by index.
+    /// Tasks without a complete part, by index.
     pub missing: Vec<usize>,
-    /// Files that are no whole part: torn, changed, of another version.
+    /// Files that are not complete parts: torn, changed, of another version.
     pub damaged: Vec<PathBuf>,
     /// Files that repeat another one byte for byte.
     pub double: Vec<PathBuf>,
     /// Files that contradict another part of the same task, with the file of that one.
     pub conflicting: Vec<(PathBuf, PathBuf)>,
-    /// Whole parts of tasks that are not in the plan.
+    /// Complete parts of tasks that are not in the plan.
     pub foreign: Vec<PathBuf>,
     /// Temporary files that a process has left behind, or is writing right now.
     pub unfinished: Vec<PathBuf>,
@@ -35,7 +35,7 @@ impl Inventory {
         self.parts.len() - self.missing.len()
     }
 
-    /// Number of calibrations that found nothing.
+    /// Number of calibrations without a result.
     #[must_use]
     pub fn failed(&self) -> usize {
         self.parts.iter().flatten().filter(|part| !part.calibration.success).count()
@@ -85,7 +85,7 @@ pub fn look(folder: &Folder, tasks: &[Task], further: &[PathBuf]) -> Result<Inve
     Ok(inventory)
 }
 
-/// The files of a folder, by name: what is found first must not hang on the file system.
+/// The files of a folder, by name: the first fault found must not depend on the file system.
 fn sorted(folder: &Path) -> Result<Vec<PathBuf>, StudyError> {
     let entries = std::fs::read_dir(folder).map_err(StudyError::file(folder, "read the parts"))?;
     let mut paths = Vec::new();

@@ -1,4 +1,4 @@
-//! What each process has done in which time, in a file of its own: no result depends on it.
+//! Work and time of each process, in a file of its own: no result depends on it.
 
 use super::folder::{Folder, write_whole};
 use super::run::Progress;
@@ -9,7 +9,7 @@ use std::path::PathBuf;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant, SystemTime};
 
-/// How often the file is renewed.
+/// How often the file is rewritten.
 const RENEW: Duration = Duration::from_secs(10);
 
 /// The file of this process.
@@ -20,7 +20,7 @@ pub(super) struct Log<'a> {
     started_unix_s: u64,
     cpu: cpu_time::ProcessTime,
     renewed: Instant,
-    /// What simulates the candidates.
+    /// Evaluator of the candidates.
     pub evaluator: String,
 }
 
@@ -58,12 +58,12 @@ impl<'a> Log<'a> {
             "evaluations": of(&self.progress.evaluations),
             "candidate_steps": of(&self.progress.steps),
         });
-        // A run whose time cannot be written down is still a run.
+        // A run whose time cannot be recorded is still a run.
         let _ = write_whole(&self.path, format!("{content:#}\n").as_bytes());
     }
 }
 
-/// What all runs on a folder have done together; of those that were killed, what they had written down.
+/// Work of all runs on a folder; of killed ones, the part that they had written down.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PastRuns {
     /// Number of runs.
@@ -80,12 +80,12 @@ pub struct PastRuns {
     pub candidate_steps: u64,
 }
 
-/// Adds up what the runs on a folder have written down.
+/// Adds up the logs of the runs on a folder.
 #[must_use]
 pub fn past_runs(folder: &Folder) -> PastRuns {
     let mut past = PastRuns::default();
     for path in std::fs::read_dir(folder.runs()).into_iter().flatten().flatten().map(|entry| entry.path()) {
-        // What a process was about to write when it was killed stands beside what it had written before.
+        // Unwritten work of a killed process counts beside the written part.
         if path.extension().is_some_and(|ending| ending == TEMPORARY) {
             continue;
         }

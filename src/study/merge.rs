@@ -23,7 +23,7 @@ pub struct Merged {
     pub missing: Table,
 }
 
-/// Names of the measures as columns: with their units, where they have one.
+/// Names of the measures as columns, with their units, if any.
 #[must_use]
 pub fn measure_columns() -> Vec<String> {
     let unit = |name: &str| match name {
@@ -35,7 +35,7 @@ pub fn measure_columns() -> Vec<String> {
     Measures::NAMES.iter().map(|name| format!("{name}{}", unit(name))).collect()
 }
 
-/// Name of a parameter as a column: with its unit, where it has one.
+/// Name of a parameter as a column, with its unit, if any.
 #[must_use]
 pub fn parameter_column(symbol: Symbol) -> String {
     let unit = symbol.unit().replace('²', "2");
@@ -49,7 +49,7 @@ pub fn parameter_column(symbol: Symbol) -> String {
     format!("{}_{unit}", symbol.name())
 }
 
-/// Why parameters cannot have columns of these names beside those that are `taken`, if they cannot: two would be the same column. Those of one name
+/// Why parameters cannot have columns of these names beside `taken` ones, if so: two would be the same column. Those of one name
 /// and unit share theirs.
 pub(crate) fn column_clash(taken: &[String], columns: &[(Symbol, String)]) -> Option<String> {
     let shown = |symbol: Symbol| match symbol {
@@ -194,7 +194,7 @@ fn variant_columns(table: &mut Table, rows: &[(u32, &str)], laws: &[&'static Ext
     table.text("constraint", each().map(|v| v.map(|v| v.constraint.name())));
 }
 
-/// What a run did.
+/// Outcome of a run.
 fn run_columns(table: &mut Table, runs: &[Option<&RunRow>]) {
     let each = || runs.iter().copied();
     table.text("fail_reason", each().map(|run| run?.fail_reason.as_deref()));

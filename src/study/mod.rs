@@ -7,7 +7,7 @@
 //! ```
 //!
 //! Nothing but a finished part counts. A task's id is a hash of all that decides its result, so that a part is right wherever it was
-//! computed, and the merged bytes do not depend on who computed what, when, in which order or how often it was interrupted.
+//! computed, and the merged bytes do not depend on processes, times, order or interruptions.
 //! Files and columns are described in `docs/STUDY.md`.
 
 mod batch;

@@ -1,4 +1,4 @@
-//! Parts: the result of one task, in a file that tells whether it is whole.
+//! Parts: the result of one task, in a file that shows whether it is complete.
 //!
 //! Two lines: the result in JSON, and the SHA-256 of the first line.
 
@@ -15,11 +15,11 @@ pub struct Part {
     pub id: String,
     /// What was found.
     pub calibration: CalibrationRow,
-    /// What it does on other trajectories, in the order of the plan.
+    /// Results on other trajectories, in the order of the plan.
     pub validations: Vec<ValidationRow>,
 }
 
-/// What a calibration found.
+/// Result of a calibration.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CalibrationRow {
     /// The program that computed it.
@@ -50,7 +50,7 @@ pub struct CalibrationRow {
     pub seed: u64,
     /// The replicate, from 0.
     pub replicate: u64,
-    /// What simulated the candidates.
+    /// Evaluator of the candidates.
     pub evaluator: String,
     /// In which precision.
     pub precision: String,
@@ -74,7 +74,7 @@ pub struct CalibrationRow {
     pub run: Option<RunRow>,
 }
 
-/// What a calibrated candidate does on another trajectory.
+/// Result of a calibrated candidate on another trajectory.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ValidationRow {
     /// Name of the platoon.
@@ -117,7 +117,7 @@ impl Part {
         format!("{json}\n{sum}\n").into_bytes()
     }
 
-    /// Reads the bytes of a file; `None` if they are not a whole part of this version.
+    /// Reads the bytes of a file; `None` if they are not a complete part of this version.
     #[must_use]
     pub fn decode(bytes: &[u8]) -> Option<Part> {
         let text = std::str::from_utf8(bytes).ok()?;

@@ -23,18 +23,18 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Calibrations under way per CPU thread: enough for blocks that are full, few enough that a plug pulled costs little.
+/// Calibrations under way per CPU thread: enough for full blocks, few enough that a power cut costs little.
 const PER_THREAD: usize = 8;
 /// Calibrations under way on a device at most: each holds a thread and an open file.
 const ON_A_DEVICE: usize = 512;
-/// How soon a run looks whether tasks that another run works on are done; each time in vain it waits twice as long.
+/// How soon a run checks whether tasks of another run are done; the interval doubles each time.
 const LOOK_AGAIN: Duration = Duration::from_millis(200);
-/// But not less often than so; looking reads all parts that are waited for, through a network at times.
+/// But not less often than this; looking reads all awaited parts, possibly through a network.
 const SELDOM: Duration = Duration::from_secs(10);
-/// How often somebody who waits looks whether to stop.
+/// How often a waiting process checks whether to stop.
 const NAP: Duration = Duration::from_millis(100);
 
-/// What a run is to do.
+/// Settings of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Assignment<'a> {
     /// Where.
@@ -52,22 +52,22 @@ pub struct Assignment<'a> {
 pub struct RunSettings {
     /// Calibrations under way at a time; `None`: as many as suit the evaluator.
     pub in_flight: Option<usize>,
-    /// Whether to wait for tasks that other runs work on, and to take over what they leave.
+    /// Whether to wait for tasks that other runs work on, and to take over abandoned ones.
     pub wait: bool,
     /// The device, for plans that compute on one.
     pub adapter: AdapterChoice,
-    /// What is told warnings of the evaluator.
+    /// Receiver of the evaluator's warnings.
     pub warn: fn(&str),
 }
 
-/// What a run has done so far; may be read from any thread.
+/// Progress of a run; may be read from any thread.
 #[derive(Debug, Default)]
 pub struct Progress {
-    /// Tasks of this run that are done, before it began and by others included.
+    /// Finished tasks of this run, including earlier ones and those of other runs.
     pub done: AtomicU64,
     /// Tasks that this run computed.
     pub computed: AtomicU64,
-    /// Of these, calibrations that found nothing.
+    /// Of these, calibrations without a result.
     pub failed: AtomicU64,
     /// Simulated candidates.
     pub evaluations: AtomicU64,
@@ -77,18 +77,18 @@ pub struct Progress {
     pub steps: AtomicU64,
 }
 
-/// Something a user may want to be told while it goes on.
+/// Messages to the user during a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Event<'a> {
-    /// Tasks of a variant are begun.
+    /// Tasks of a variant start.
     Variant(&'a str),
-    /// What is left is in the hands of another run.
+    /// The remaining tasks belong to another run.
     Waiting(usize),
-    /// Nothing new; it is time to show the progress.
+    /// Nothing new; time to show the progress.
     Tick,
 }
 
-/// What a run has done.
+/// Result of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Summary {
     /// Tasks it was asked for.
@@ -97,15 +97,15 @@ pub struct Summary {
     pub before: usize,
     /// Those that it computed.
     pub computed: usize,
-    /// Of these, calibrations that found nothing.
+    /// Of these, calibrations without a result.
     pub failed: usize,
     /// Those that other runs computed meanwhile.
     pub by_others: usize,
-    /// Those that are left, because it was interrupted or did not wait.
+    /// The remaining ones, because it was interrupted or did not wait.
     pub left: usize,
 }
 
-/// What the threads of a run share.
+/// Data shared by the threads of a run.
 struct Shared<'a> {
     folder: &'a Folder,
     tasks: &'a [Task],
@@ -129,8 +129,8 @@ impl Shared<'_> {
     }
 }
 
-/// Runs the chosen tasks, except those whose parts are there and whole. Tasks that another run works on are left to it,
-/// and waited for, unless the settings say otherwise. `interrupted` ends the run early: what is finished is kept. `tell` is called from
+/// Runs the chosen tasks, except those with complete parts. Tasks that another run works on are left to it,
+/// and waited for, unless the settings say otherwise. `interrupted` ends the run early and keeps finished tasks. `tell` is called from
 /// this thread.
 ///
 /// # Errors
@@ -156,7 +156,7 @@ pub fn run(
     let mut log = Log::new(folder, progress);
     let (error, by_others) = (Mutex::new(None), AtomicU64::new(0));
     let shared = Shared { folder, tasks, progress, interrupted, error, stop: AtomicBool::new(false), by_others };
-    // Told while it goes on: thousands of parts take a while. Who stops meanwhile is told what is there, read or not.
+    // Reports progress: thousands of parts take a while. An early stop returns the inventory so far, read or not.
     let is_left = |&i: &usize| {
         let id = &tasks[i].id;
         let done = if shared.stopped() { folder.part(id).is_file() } else { is_done(folder, id) };
@@ -201,7 +201,7 @@ pub fn run(
     })
 }
 
-/// Waits so long, unless the run is to stop.
+/// Waits this long, unless the run is to stop.
 fn wait(time: Duration, shared: &Shared, tell: &mut dyn FnMut()) {
     let began = Instant::now();
     while began.elapsed() < time && !shared.stopped() {
@@ -210,7 +210,7 @@ fn wait(time: Duration, shared: &Shared, tell: &mut dyn FnMut()) {
     }
 }
 
-/// Removes what processes that were killed while they wrote have left in `parts/`. Whoever still writes holds the claim of its task.
+/// Removes files in `parts/` that killed processes left unfinished. A process that still writes holds the claim of its task.
 fn sweep_parts(folder: &Folder) {
     for path in std::fs::read_dir(folder.parts()).into_iter().flatten().flatten().map(|entry| entry.path()) {
         let id = path.file_name().and_then(|name| name.to_str()?.split('.').next());
@@ -223,7 +223,7 @@ fn sweep_parts(folder: &Folder) {
     }
 }
 
-/// True if the part of a task is there and whole.
+/// True if the task has a complete part.
 fn is_done(folder: &Folder, id: &str) -> bool {
     let part = bounded::read(&folder.part(id), RESULT_MAX).ok().and_then(|bytes| Part::decode(&bytes));
     part.is_some_and(|part| part.id == id)
@@ -264,7 +264,7 @@ fn round(
     let most = settings.in_flight.unwrap_or(ON_A_DEVICE).min(group.len());
     let work = Work { candidates: most * GaSettings::default().population_size, precision: LanesPrecision::Plain };
     let mut evaluator = selection.build(cases.clone(), gof, work, settings.warn)?;
-    // Each holds a file open, of which some systems allow 1024 to a process.
+    // Each holds a file open, and some systems allow 1024 per process.
     let on_cpu = (PER_THREAD * rayon::current_num_threads()).min(ON_A_DEVICE);
     let threads = if evaluator.overlaps() { ON_A_DEVICE } else { on_cpu };
     let threads = settings.in_flight.unwrap_or(threads).clamp(1, group.len());
@@ -279,7 +279,7 @@ fn round(
         for line in lines {
             let thread = std::thread::Builder::new();
             let work = || worker(&round, line, &queue, &deferred, shared);
-            // With fewer threads than were wanted it takes longer, and nothing else changes.
+            // With fewer threads than requested it takes longer; the results are the same.
             match thread.spawn_scoped(scope, work) {
                 Ok(_) => at_work += 1,
                 Err(source) if at_work == 0 => shared.fail(StudyError::Threads { source }),
@@ -295,13 +295,13 @@ fn round(
     left.extend(queue.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().map(|(i, _)| i));
     left.sort_unstable();
     if let Err(error) = served {
-        // What the threads say is only that the post has closed.
+        // An error of the threads means only that the post has closed.
         return Err(error.into());
     }
     Ok(left)
 }
 
-/// One thread: task after task until none is left.
+/// One thread: task after task until none remains.
 fn worker(
     round: &Round,
     line: Line,

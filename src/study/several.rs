@@ -1,4 +1,4 @@
-//! One entry of a plan that stands for many: the files of a pattern, or the trajectories of a table.
+//! One entry of a plan for several drives: the files of a pattern, or the trajectories of a table.
 
 use super::drive::DriveError;
 use super::plan::PlatoonPlan;
@@ -6,7 +6,7 @@ use crate::trajectory::Recording;
 use std::collections::HashSet;
 use std::path::{Path, PathBuf};
 
-/// The files of an entry, in the order of their names: the one that it names, or those of a pattern with a `*` in the name of the file.
+/// The files of an entry, in the order of their names: the named one, or those of a pattern with a `*` in the name of the file.
 pub(super) fn files(folder: &Path, plan: &PlatoonPlan) -> Result<Vec<PathBuf>, DriveError> {
     let name = plan.file.file_name().map(|name| name.to_string_lossy().into_owned()).unwrap_or_default();
     let Some((begin, end)) = name.split_once('*').filter(|_| plan.is_pattern) else {
@@ -30,7 +30,7 @@ pub(super) fn files(folder: &Path, plan: &PlatoonPlan) -> Result<Vec<PathBuf>, D
     Ok(found.into_iter().map(|name| parent.join(name)).collect())
 }
 
-/// The trajectories of a file that an entry stands for, each as an entry of its own; the entry itself where it stands for one.
+/// The trajectories of an entry's file, each as an entry of its own; the entry itself if it stands for one.
 pub(super) fn trajectories(
     plan: &PlatoonPlan,
     file: &Path,

@@ -1,4 +1,4 @@
-//! Tables: named columns of one type each, what every output format writes.
+//! Tables: named columns of one type each, for every output format.
 
 /// A table; all columns are of one length.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -16,7 +16,7 @@ pub struct Column {
     pub values: Values,
 }
 
-/// Values of one type, `None` where there is none.
+/// Values of one type, `None` if missing.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Values {
     /// Whole numbers.

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashMap;
 use std::str::FromStr;
 
-/// One calibration, with the validation runs of what it finds: a line of `tasks.jsonl`.
+/// One calibration, with the validation runs of its result: a line of `tasks.jsonl`.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Task {
     /// Hash of data, variant, goodness of fit, settings, seed, replicate, validation, version and state of the search; 32 hexadecimal digits.
@@ -32,7 +32,7 @@ pub struct Task {
     pub replicate: u64,
 }
 
-/// All that decides the result of a task; its JSON is what the id is a hash of.
+/// All that decides the result of a task; the id is a hash of its JSON.
 #[derive(Serialize)]
 struct Content<'a> {
     schema_version: u32,
@@ -43,7 +43,7 @@ struct Content<'a> {
     sha256: &'a str,
     data: &'a str,
     variant: String,
-    /// Name and checksum of the text; left out without extensions, so that ids are what they were before there were any.
+    /// Name and checksum of the text; left out without extensions, so that older ids stay valid.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     extensions: Vec<(&'a str, String)>,
     gof: String,
@@ -60,17 +60,17 @@ struct Content<'a> {
     validation: Vec<(&'a str, usize, &'a str, &'a str)>,
 }
 
-/// Validation runs that a study may have: each is a row of a table, a gigabyte of them in memory. The paper has 10 000.
+/// Largest number of validation runs of a study: each is a row of a table, together a gigabyte of memory. The paper has 10 000.
 const VALIDATION_RUNS_MAX: u64 = 5_000_000;
 
-/// A plan with its data: what tasks are made of.
+/// A plan with its data: the source of tasks.
 #[derive(Debug)]
 pub struct Study {
     /// The plan.
     pub plan: Plan,
     /// The trajectories.
     pub drives: Vec<Drive>,
-    /// What was left out of entries that stand for many trajectories.
+    /// Trajectories left out of entries for several.
     pub left_out: Vec<LeftOut>,
     /// Place of each drive by platoon and follower, and places of the drives of each vehicle.
     places: HashMap<(String, usize), usize>,
@@ -83,7 +83,7 @@ impl Study {
     /// Reads the data of a plan and checks that every variant can be calibrated on every trajectory.
     ///
     /// # Errors
-    /// When data are missing or broken, or a variant lacks something.
+    /// For missing or broken data, or a variant without its data.
     pub fn open(plan: Plan) -> Result<Study, StudyError> {
         let (drives, left_out) = drive::read(&plan.data)?;
         let any = Variant::from_id(1).expect("variant 1 exists");
@@ -111,7 +111,7 @@ impl Study {
         Ok(study)
     }
 
-    /// Checks that all is known of drive `index` that a variant needs.
+    /// Checks that drive `index` has all data that a variant needs.
     fn check(&self, index: usize, variant: &Variant) -> Result<(), StudyError> {
         let drive = &self.drives[index];
         let mfc = drive.vehicle.as_ref().is_some_and(|vehicle| vehicle.mfc.is_some());
@@ -141,7 +141,7 @@ impl Study {
         }
     }
 
-    /// What is searched when a variant is calibrated on drive `index`.
+    /// Search ranges of a variant on drive `index`.
     pub(super) fn space(&self, index: usize, variant: &Variant) -> Result<SearchSpace, StudyError> {
         let (settings, drive) = (&self.plan.calibration, &self.drives[index]);
         let mut bounds = overrides_for(variant, &settings.bounds);
@@ -150,7 +150,7 @@ impl Study {
             .map_err(|source| StudyError::Bounds { variant: variant.name(), source })
     }
 
-    /// Drive `index` as the runs of a variant see it.
+    /// Drive `index` for the runs of a variant.
     pub(super) fn case(&self, index: usize, variant: &Variant) -> Result<Case, StudyError> {
         let space = self.space(index, variant)?;
         let (tau_p_upper, extension_delay_upper) = (space.tau_p_upper(), space.extension_delay_upper());
@@ -271,7 +271,7 @@ pub struct Shard {
     count: usize,
 }
 
-/// A share that cannot be.
+/// An invalid share.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("expected I/N with I from 1 to N, such as 2/5, found `{0}`")]
 pub struct NotAShard(String);
@@ -287,7 +287,7 @@ impl Shard {
     }
 
     /// Indices of its tasks: shares differ by one task at most. Each is a range of the tasks, so that one process batches whole variants,
-    /// but in an order of the variants that has nothing to do with Table 1, where what a task costs follows a pattern.
+    /// but in an order of the variants unrelated to Table 1, in which the cost of a task follows a pattern.
     #[must_use]
     pub fn of(self, tasks: &[Task]) -> Vec<usize> {
         let mut order: Vec<(String, usize)> = (0..tasks.len())

@@ -1,4 +1,4 @@
-//! Parts computed again: a checksum tells a torn file from a whole one, but not a changed number whose checksum was changed with it.
+//! Parts computed again: a checksum distinguishes a torn file from a whole one, but not a number changed together with its checksum.
 
 use super::folder::Folder;
 use super::inventory::Inventory;
@@ -11,13 +11,13 @@ use super::{StudyError, inventory, sha256};
 pub struct Verified {
     /// How many.
     pub parts: usize,
-    /// Those that came out otherwise: as found, as computed now.
+    /// Differing parts: as found, as computed now.
     pub differing: Vec<(Part, Part)>,
     /// True if it was interrupted before the last one.
     pub interrupted: bool,
 }
 
-/// Tasks of a share of the parts that are there, drawn by a seed: at least one of them, in the order of the plan.
+/// Tasks of a share of the present parts, drawn by a seed: at least one of them, in the order of the plan.
 #[must_use]
 pub fn drawn(inventory: &Inventory, share: f64, seed: u64) -> Vec<usize> {
     let there = inventory.parts.iter().enumerate().filter_map(|(i, part)| Some((i, part.as_ref()?)));
@@ -30,7 +30,7 @@ pub fn drawn(inventory: &Inventory, share: f64, seed: u64) -> Vec<usize> {
     chosen
 }
 
-/// Computes these tasks again, in a temporary folder of the system's, and compares. Who computed a part may differ.
+/// Computes these tasks again, in a temporary folder of the system's, and compares. The computing program of a part may differ.
 ///
 /// # Errors
 /// As [`run`], and when no temporary folder can be made.
@@ -42,7 +42,7 @@ pub fn verify(
     interrupted: &(dyn Fn() -> bool + Sync),
     tell: &mut dyn FnMut(Event),
 ) -> Result<Verified, StudyError> {
-    // Removed when it goes. Not within the study: that may be read-only, or be verified by several at once.
+    // Removed when dropped. Not within the study, which may be read-only, or be verified by several processes at once.
     let place = tempfile::Builder::new().prefix("leadlag-verify-").tempdir();
     let place = place.map_err(StudyError::file(&std::env::temp_dir(), "make a temporary folder"))?;
     let folder = Folder::bare(place.path());
@@ -59,7 +59,7 @@ pub fn verify(
     Ok(Verified { parts, differing, interrupted: summary.left > 0 })
 }
 
-/// The same result, by whichever program, evaluator and device.
+/// The same result, from any program, evaluator and device.
 fn is_same(then: &Part, now: &Part) -> bool {
     let mut then = then.clone();
     let (by, of) = (&mut then.calibration, &now.calibration);

@@ -1,21 +1,21 @@
-//! SUMO beside leadlag, and both beside what was measured.
+//! SUMO beside leadlag, and both beside the measured car.
 
 use super::drive::{Drive, Motion};
 use crate::score::SignalMeasures;
 use serde::{Deserialize, Serialize};
 
-/// How far one signal of SUMO is from that of leadlag.
+/// Distance of one signal of SUMO from that of leadlag.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Loss {
     /// Root mean square, in the unit of the signal.
     pub rms: f64,
     /// Largest difference.
     pub largest: f64,
-    /// When that was \[s\], in the measured file's own time.
+    /// Time of that \[s\], as in the measured file.
     pub at_s: f64,
 }
 
-/// What the export costs.
+/// Loss of the export.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// Samples compared.
@@ -30,7 +30,7 @@ pub struct Comparison {
     pub nrmse_sva: f64,
     /// And of SUMO.
     pub sumo_nrmse_sva: f64,
-    /// True if the follower of SUMO ran into the leader.
+    /// True if the follower of SUMO collided with the leader.
     pub collision: bool,
 }
 

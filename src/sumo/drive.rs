@@ -1,4 +1,4 @@
-//! The drive behind which both programs follow: the table that `calibrate` wrote.
+//! The drive that both programs follow: the table of `calibrate`.
 
 use super::SumoError;
 use crate::simulate::SIMULATION_COLUMNS;

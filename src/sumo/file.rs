@@ -1,4 +1,4 @@
-//! What an export left behind: `loss.json`.
+//! Result of an export: `loss.json`.
 
 use super::{Comparison, Sumo, SumoError, VehicleType};
 use crate::result::{DataEntry, ResultFile};
@@ -25,15 +25,15 @@ pub struct Export {
     pub file: String,
     /// Its attributes, in SUMO's units (m, s).
     pub attributes: BTreeMap<String, String>,
-    /// What the variant has and the type has not, one sentence each.
+    /// Parts of the variant that the type lacks, one sentence each.
     pub lost: Vec<String>,
-    /// What the type does besides, one sentence each.
+    /// Additional effects of the type, one sentence each.
     pub added: Vec<String>,
-    /// Version of SUMO; none where it was not run.
+    /// Version of SUMO; none if it was not run.
     pub sumo: Option<String>,
     /// The drives.
     pub data: Vec<ExportedDrive>,
-    /// What is lost on each of them; empty where SUMO was not run.
+    /// Losses on each of them; empty if SUMO was not run.
     pub loss: Vec<Comparison>,
 }
 
@@ -49,7 +49,7 @@ pub struct ExportedDrive {
 }
 
 impl Export {
-    /// An export of a result, with what it costs per drive.
+    /// An export of a result, with its loss per drive.
     #[must_use]
     pub fn new(
         (result, result_sha256): (&ResultFile, String),
@@ -78,10 +78,10 @@ impl Export {
         }
     }
 
-    /// Reads `loss.json`; none where there is no such file.
+    /// Reads `loss.json`; none without such a file.
     ///
     /// # Errors
-    /// [`SumoError::Io`] where it is there and cannot be read or is of another version.
+    /// [`SumoError::Io`] if it is unreadable or of another version.
     pub fn read(path: &Path) -> Result<Option<Export>, SumoError> {
         let what = || format!("{}: expected what `leadlag export sumo` of this version wrote", path.display());
         let text = match bounded::read_to_string(path, RESULT_MAX) {

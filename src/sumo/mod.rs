@@ -1,4 +1,4 @@
-//! A calibrated variant as a vehicle type of SUMO, what that type cannot say, and how far SUMO drives from leadlag behind the same
+//! A calibrated variant as a vehicle type of SUMO, the parts that the type lacks, and the difference from leadlag behind the same
 //! leader. The mapping, model by model, is in `docs/SUMO.md`.
 
 mod compare;
@@ -32,14 +32,14 @@ pub enum SumoError {
         /// What is different.
         why: &'static str,
     },
-    /// The model asked for is not that of the base model.
+    /// The requested model is not that of the base model.
     #[error("--to {asked}: {base} can be exported as {possible}")]
     WrongModel {
         /// The model asked for.
         asked: &'static str,
         /// The base model.
         base: &'static str,
-        /// What it can be.
+        /// Values that it may have.
         possible: &'static str,
     },
     /// The table of the simulation cannot be read.
@@ -50,20 +50,20 @@ pub enum SumoError {
         /// Why.
         source: csv::Error,
     },
-    /// The table of the simulation is not one.
+    /// The table of the simulation is invalid.
     #[error("{path}: expected the simulation.csv of `leadlag calibrate`, {problem}")]
     Drive {
         /// The file.
         path: PathBuf,
-        /// What is wrong with it.
+        /// The fault.
         problem: String,
     },
     /// SUMO is not there.
     #[error(
-        "no SUMO found: {tried}; install it (`pip install eclipse-sumo`), or say where it is with --sumo or SUMO_HOME"
+        "no SUMO found: {tried}; install it (`pip install eclipse-sumo`), or give its place with --sumo or SUMO_HOME"
     )]
     NoSumo {
-        /// Where it was looked for.
+        /// Places that were searched.
         tried: String,
     },
     /// SUMO could not be started or ended early.

@@ -1,4 +1,4 @@
-//! Runs SUMO: a straight road, a leader that is told its speed at every step, and behind it a vehicle of the exported type.
+//! Runs SUMO: a straight road, a leader that gets its speed at every step, and behind it a vehicle of the exported type.
 
 use super::SumoError;
 use super::drive::{Drive, Motion};
@@ -25,14 +25,14 @@ const START: Duration = Duration::from_secs(30);
 pub struct Sumo {
     /// The program.
     pub program: PathBuf,
-    /// What it says of its version.
+    /// Its version message.
     pub version: String,
 }
 
-/// Finds SUMO: as told, else below `SUMO_HOME`, else on the path.
+/// Finds SUMO: as given, otherwise below `SUMO_HOME`, otherwise on the path.
 ///
 /// # Errors
-/// [`SumoError::NoSumo`] with the places where it was looked for.
+/// [`SumoError::NoSumo`] with the places that were searched.
 pub fn find(told: Option<&Path>) -> Result<Sumo, SumoError> {
     let name = format!("sumo{}", std::env::consts::EXE_SUFFIX);
     let home = std::env::var_os("SUMO_HOME").map(|home| PathBuf::from(home).join("bin").join(&name));
@@ -54,14 +54,14 @@ pub fn find(told: Option<&Path>) -> Result<Sumo, SumoError> {
     Err(SumoError::NoSumo { tried: format!("{} cannot be run", tried.join(", ")) })
 }
 
-/// Names of the files of a drive for SUMO: road, demand, and what SUMO said.
+/// Names of the files of a drive for SUMO: road, demand, and SUMO's output.
 #[must_use]
 pub fn files(suffix: &str) -> [String; 3] {
     [format!("road{suffix}.net.xml"), format!("demand{suffix}.rou.xml"), format!("sumo{suffix}.log")]
 }
 
 impl Sumo {
-    /// The follower of the exported type behind the leader of the drive, from the same first state. What SUMO needs and says is written
+    /// The follower of the exported type behind the leader of the drive, from the same first state. SUMO's input and output are written
     /// to `folder`, by the names of [`files`].
     ///
     /// # Errors
@@ -122,14 +122,14 @@ impl Sumo {
     }
 }
 
-/// Ends SUMO when it goes, whatever happens.
+/// Ends SUMO when dropped, whatever happens.
 struct Running {
     child: Child,
 }
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // Best effort: after a run it has ended by itself.
+        // Best effort: after a run it has already ended.
         let patience = Instant::now();
         while patience.elapsed() < Duration::from_secs(2) {
             if let Ok(Some(_)) = self.child.try_wait() {
@@ -147,7 +147,7 @@ fn connect(running: &mut Running, port: u16) -> Result<TcpStream, SumoError> {
     loop {
         match TcpStream::connect(("127.0.0.1", port)) {
             Ok(stream) => {
-                // Many small messages, each waited for.
+                // Many small messages, each followed by a wait.
                 let _ = stream.set_nodelay(true);
                 return Ok(stream);
             }
@@ -168,7 +168,7 @@ fn drive_on(traci: &mut Traci, drive: &Drive) -> Result<Motion, SumoError> {
     traci.obey("leader")?;
     let mut motion = Motion::default();
     for i in 0..drive.t.len() {
-        // A measured gap and two measured speeds never agree, so the leader is put where it was measured to be.
+        // A measured gap and two measured speeds never agree exactly, so the leader is put at its measured position.
         traci.move_to("leader", "road_0", MARGIN_M + LEADER_M + drive.x_l[i])?;
         let (v, x) = (traci.speed("follower")?, traci.position("follower")?);
         motion.s.push(traci.position("leader")? - LEADER_M - x);

@@ -16,7 +16,7 @@ const INTEGER: u8 = 0x09;
 const DOUBLE: u8 = 0x0B;
 const TEXT: u8 = 0x0C;
 const COMPOUND: u8 = 0x0F;
-/// No answer to these commands is longer \[bytes\]; what claims to be is no answer of SUMO.
+/// Longest answer to these commands \[bytes\]; a longer one is invalid.
 const ANSWER_MAX: usize = 1 << 20;
 
 /// A connection to a running SUMO.
@@ -61,7 +61,7 @@ impl Traci {
         self.command(SET_VEHICLE, &content, "move a vehicle").map(drop)
     }
 
-    /// Speeds are taken as they are told, without checks.
+    /// SUMO takes speeds without checks.
     pub fn obey(&mut self, vehicle: &str) -> Result<(), SumoError> {
         let mut content = variable(SPEED_MODE, vehicle);
         content.push(INTEGER);
@@ -100,10 +100,8 @@ impl Traci {
 
     /// Sends one command and checks the status that SUMO answers with.
     fn command(&mut self, id: u8, content: &[u8], words: &'static str) -> Result<Answer, SumoError> {
-        let io = |source| SumoError::Io {
-            what: format!("the connection to SUMO broke when it was told to {words}"),
-            source,
-        };
+        let io =
+            |source| SumoError::Io { what: format!("the connection to SUMO broke at the command to {words}"), source };
         let length = 2 + content.len();
         let mut message = Vec::with_capacity(length + 8);
         if length <= usize::from(u8::MAX) {

@@ -1,4 +1,4 @@
-//! From parameters to the attributes of a `vType`, and what is lost on the way.
+//! From parameters to the attributes of a `vType`, and the loss on the way.
 
 use super::SumoError;
 use crate::catalog::{Constraint, Dynamics, Variant};
@@ -39,18 +39,18 @@ pub struct VehicleType {
     pub model: Model,
     /// Attributes in the order in which they are written, with their values in SUMO's units (m, s).
     pub attributes: Vec<(&'static str, String)>,
-    /// What the variant has and the type has not, one sentence each.
+    /// Parts of the variant that the type lacks, one sentence each.
     pub lost: Vec<String>,
-    /// What the type does besides, one sentence each.
+    /// Additional effects of the type, one sentence each.
     pub added: Vec<String>,
 }
 
-/// Accelerations that a type without limits of its own may ask for \[m/s²\]: the bounds of Eq. 13, paper, Section 2.2.2.
+/// Largest accelerations of a type without limits of its own \[m/s²\]: the bounds of Eq. 13, paper, Section 2.2.2.
 const UPPER: f64 = 5.0;
 const LOWER: f64 = 7.0;
 /// SUMO brakes no harder, whatever happens \[m/s²\]; its default for cars.
 const EMERGENCY: f64 = 9.0;
-/// SUMO's step, if it is told no other \[s\].
+/// SUMO's step, if none is given \[s\].
 const DEFAULT_STEP_S: f64 = 1.0;
 /// `collisionAvoidanceOverride` of ACC \[m/s\]: so large that its safe speed never replaces the control law.
 const NEVER: f64 = 1000.0;
@@ -58,7 +58,7 @@ const NEVER: f64 = 1000.0;
 /// The vehicle type nearest to a calibrated variant.
 ///
 /// # Errors
-/// [`SumoError::NoCounterpart`] where SUMO has nothing like it.
+/// [`SumoError::NoCounterpart`] if SUMO has no such model.
 pub fn export(calibrated: &CalibratedVariant, asked: Option<Model>) -> Result<VehicleType, SumoError> {
     let variant = &calibrated.variant;
     let base = variant.base.name;
@@ -110,7 +110,7 @@ fn idm(calibrated: &CalibratedVariant, model: Model) -> VehicleType {
     ];
     let mut added = vec![format!("braking is limited to {} m/s2", decel.max(EMERGENCY))];
     if model == Model::Eidm {
-        // Its noise off, its jerk limit out of the way; what is left is the improved IDM with a reaction time.
+        // Its noise off, its jerk limit ineffective; the rest is the improved IDM with a reaction time.
         for name in ["sigmaleader", "sigmagap", "sigmaerror", "ccoolness"] {
             attributes.push((name, "0".to_owned()));
         }
@@ -138,7 +138,7 @@ fn acc(calibrated: &CalibratedVariant) -> VehicleType {
         // Speed minus desired speed is multiplied by it, so it is negative.
         ("speedControlGain", (-p(Symbol::k_0)).to_string()),
     ];
-    // The same law in all three of its modes, for Eq. 6 has one.
+    // The same law in all three of its modes, because Eq. 6 has one.
     for name in ["gapControlGainSpace", "gapClosingControlGainSpace", "collisionAvoidanceGainSpace"] {
         attributes.push((name, k_s.clone()));
     }
@@ -186,7 +186,7 @@ fn krauss(calibrated: &CalibratedVariant) -> VehicleType {
     VehicleType { model: Model::Krauss, attributes, lost: Vec::new(), added }
 }
 
-/// The parameters of W99 that are its law's own, in the order of its file.
+/// The parameters of W99 that belong to its law, in the order of its file.
 const CC: [&str; 9] = ["cc1", "cc2", "cc3", "cc4", "cc5", "cc6", "cc7", "cc8", "cc9"];
 
 fn w99(calibrated: &CalibratedVariant) -> VehicleType {
@@ -208,7 +208,7 @@ fn w99(calibrated: &CalibratedVariant) -> VehicleType {
     VehicleType { model: Model::W99, attributes, lost: Vec::new(), added }
 }
 
-/// What no model of SUMO has.
+/// Parts that no model of SUMO has.
 fn lost(variant: &Variant, calibrated: &CalibratedVariant, model: Model) -> Vec<String> {
     let p = |symbol: Symbol| calibrated.parameters.get(symbol);
     let mut lost = Vec::new();
@@ -242,12 +242,12 @@ fn lost(variant: &Variant, calibrated: &CalibratedVariant, model: Model) -> Vec<
 }
 
 impl VehicleType {
-    /// Says for which step of SUMO the type is meant, and what becomes of it at SUMO's default; `step_s` is that of the calibration.
+    /// Names the step of SUMO for which the type is meant, and its behaviour at SUMO's default; `step_s` is that of the calibration.
     pub fn mean_for(&mut self, step_s: f64) {
         let tau = self.attributes.iter().find(|(name, _)| *name == "tau").and_then(|(_, tau)| tau.parse::<f64>().ok());
         let below = match tau {
             Some(tau) if tau < DEFAULT_STEP_S => format!(
-                "; tau = {tau:.3} s is below the {DEFAULT_STEP_S} s that SUMO takes by default, at which followers of this type may run into \
+                "; tau = {tau:.3} s is below the {DEFAULT_STEP_S} s that SUMO takes by default, at which followers of this type may collide with \
                  the car ahead"
             ),
             _ => format!("; by default SUMO takes {DEFAULT_STEP_S} s, and another update of the positions"),
@@ -261,7 +261,7 @@ impl VehicleType {
         );
     }
 
-    /// An additional file of SUMO with this one type; `about` says in a comment where it comes from.
+    /// An additional file of SUMO with this one type; `about` gives its origin in a comment.
     #[must_use]
     pub fn to_xml(&self, id: &str, about: &str) -> String {
         let mut xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned();
@@ -289,6 +289,6 @@ fn escaped(text: &str) -> String {
 /// Two hyphens would end a comment; flags lose theirs.
 fn comment(text: &str) -> String {
     let text = text.replace(" --", " ");
-    // Twice, for three of them are two once more.
+    // Twice, because three of them occur two more times.
     text.replace("--", "- -").replace("--", "- -")
 }

@@ -5,7 +5,7 @@ use leadlag::internal::trajectory::import::{ColumnMap, Labels, read_mapped_from}
 use leadlag::internal::trajectory::{Grade, Preparation, Reconcile, Recording, import, inspect, prepare};
 use std::fmt::Display;
 
-/// False if a file is refused, which is said with some words.
+/// False if a file is refused with a message.
 fn taken<T, E: Display>(read: Result<T, E>, check: impl FnOnce(T) -> bool) -> bool {
     match read {
         Ok(read) => check(read),
@@ -27,7 +27,7 @@ pub fn file(path: &std::path::Path) -> bool {
     taken(import::read(path, None), |recording| check(&recording))
 }
 
-/// A table that a column map reads; the map by its text or, where it is a shipped one, by its name.
+/// A table that a column map reads; the map by its text or, if it is built in, by its name.
 pub fn mapped(map: &[u8], table: &[u8]) -> bool {
     let Ok(map) = std::str::from_utf8(map) else { return false };
     let map = ColumnMap::shipped().iter().find(|(name, _)| *name == map).map_or(map, |(_, text)| *text);

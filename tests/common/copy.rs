@@ -1,18 +1,18 @@
 //! A copy of the crates that compute, with changes in them, compiled in the same target folder, so that the compiled dependencies are shared. Files are
-//! written only where they differ: a second run compiles nothing.
+//! written only if they differ: a second run compiles nothing.
 
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// What is copied. Tests of the copy find it as `leadlag::internal`, as they find the library.
+/// The files to copy. Tests of the copy find it as `leadlag::internal`, as they find the library.
 const COPIED: [&str; 3] = ["shaders", "src/data", "src/models"];
 
 /// The crate of the tests, above the copied ones.
 const FACADE: &str =
     "//! Stands in for leadlag.\npub mod internal {\n    pub use leadlag_data::*;\n    pub use leadlag_models::*;\n}\n";
 
-/// What becomes of a file, given its path in the repository: its new text, or nothing.
+/// New text of a file, given its path in the repository, or nothing.
 pub type Change<'a> = dyn FnMut(&str, Vec<u8>) -> Option<Vec<u8>> + 'a;
 
 /// Writes a file unless it is there already.
@@ -39,8 +39,8 @@ pub fn copy(inside: &str, to: &Path, change: &mut Change<'_>) {
     }
 }
 
-/// Copies what computes to the folder `name` below `to`; `change` sees every file. What a copy of an earlier state had beyond that goes. `level` is how far
-/// the models are optimised. Cargo tells crates of one target folder apart by their path from the top of the workspace, which `name` makes another one.
+/// Copies the computing crates to the folder `name` below `to`; `change` sees every file. Surplus files of an earlier copy are removed. `level` is the
+/// optimisation of the models. Cargo distinguishes crates of one target folder by their path from the top of the workspace, which `name` changes.
 pub fn crates(name: &str, to: &Path, features: &[&str], level: i64, change: &mut Change<'_>) {
     let list = to.join("copied.txt");
     let sources = to.join(name);
@@ -70,7 +70,7 @@ pub fn crates(name: &str, to: &Path, features: &[&str], level: i64, change: &mut
 }
 
 /// The manifest above the copied crates: the dependencies and profiles of the original, without its lints. All dependencies are there whatever the
-/// features: one that is left out may change how others are compiled, and all are compiled already.
+/// features: a missing one may change how others are compiled, and all are compiled already.
 fn manifest(original: &str, copy: &str, features: &[&str], level: i64) -> String {
     let mut table: toml::Table = original.parse().expect("Cargo.toml is valid");
     table.retain(|key, _| matches!(key, "workspace" | "profile" | "dependencies" | "dev-dependencies" | "target"));

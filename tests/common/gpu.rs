@@ -1,4 +1,4 @@
-//! What the tests of the GPU evaluator share: cases without any file, random candidates, and a guard for missing adapters.
+//! Shared by the tests of the GPU evaluator: cases without any file, random candidates, and a guard for missing adapters.
 
 use super::made_up::{self, Way};
 use leadlag::internal::calibrate::{Overrides, SearchSpace};
@@ -68,7 +68,7 @@ pub fn space(variant: Variant, convention: Convention) -> SearchSpace {
 pub fn case(variant: Variant, convention: Convention, samples: usize, phase: f64) -> Case {
     let mut trajectory = trajectory(samples, phase);
     if !variant.extensions.is_empty() {
-        // A car ahead of the preceding one, for the extensions that look at it.
+        // A car ahead of the preceding one, for the extensions that read its signals.
         trajectory.v_l2 = Some(trajectory.v_l.iter().rev().copied().collect());
         trajectory.s_l2 = Some(trajectory.s.iter().map(|s| s + 5.0).collect());
         trajectory.t.iter_mut().for_each(|t| *t += 7.0);

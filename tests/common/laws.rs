@@ -1,4 +1,4 @@
-//! Built-in laws point by point: what their texts compute, and what the reference does.
+//! Built-in laws point by point: their texts against the reference.
 
 use super::cars::Random;
 use leadlag::internal::catalog::Variant;
@@ -12,12 +12,12 @@ use leadlag::internal::wgsl::{Precision, Recipe, Source, check, laws};
 
 /// States of a law.
 const POINTS: usize = 2500;
-/// Largest difference relative to the size of what is subtracted on the way.
+/// Largest difference relative to the size of the subtracted terms.
 const TOLERANCE: f64 = 1e-12;
 /// Of the spacing at constant speed: an inverse hyperbolic tangent next to one loses digits.
 const EQUILIBRIUM: f64 = 1e-9;
 
-/// A law, its states, and what the reference makes of them.
+/// A law, its states, and the results of the reference.
 pub struct Judge {
     law: &'static Extension,
     points: Vec<Point>,
@@ -110,7 +110,7 @@ impl Judge {
         self.law.file == file
     }
 
-    /// What differs with other texts in the place of files.
+    /// Differences with other texts in the place of files.
     pub fn verdict(&self, replace: &dyn Fn(&str, &str) -> Option<String>) -> Result<(), String> {
         let variant = Variant::of_law(self.law);
         let (precision, radicand) = (Precision::Plain, Radicand::Measured);
@@ -160,7 +160,7 @@ impl Judge {
             ("w", "v_l_half") => point.v_l_half,
             ("state", _) => point.memory[self.law.state.iter().position(|(name, _)| name == member).expect("its own")],
             ("own", _) => self.parameter(point, member),
-            // Of `equilibrium_spacing`, whose own parameters bear the name of the law.
+            // Of `equilibrium_spacing`, whose own parameters have the name of the law.
             ("p", _) => self.parameter(point, member.rsplit("__").next().unwrap_or(member)),
             ("", "v") => point.x.v_f,
             ("", _) => point.v_f,

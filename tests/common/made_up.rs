@@ -1,4 +1,4 @@
-//! What several tests make up: a drive, and one in which something is hidden.
+//! Synthetic input of several tests: a drive, and one with a hidden effect.
 
 use leadlag::internal::bench::DiagnosisTask;
 use leadlag::internal::trajectory::{Source, Trajectory};

@@ -15,7 +15,7 @@ pub mod tolerance;
 use std::path::{Path, PathBuf};
 
 /// Folder of the data that are shared between projects: `LEADLAG_SHARED`, else `../shared` beside the repository.
-/// `None`, with a line that names the test, where there is none.
+/// `None`, with a line that names the test, without such a folder.
 pub fn shared(test_name: &str) -> Option<PathBuf> {
     let folder = std::env::var_os("LEADLAG_SHARED")
         .map_or_else(|| Path::new(env!("CARGO_MANIFEST_DIR")).join("../shared"), PathBuf::from);

@@ -16,7 +16,7 @@ pub fn parquet(header: &str, rows: &[Vec<f64>], compression: parquet::basic::Com
     let mut writer = SerializedFileWriter::new(file, Arc::new(schema), Arc::new(properties)).unwrap();
     let mut group = writer.next_row_group().unwrap();
     for column in 0..columns.len() {
-        // What is not a number is missing.
+        // Anything but a number is missing.
         let present: Vec<i16> = rows.iter().map(|row| i16::from(!row[column].is_nan())).collect();
         let values: Vec<f64> = rows.iter().map(|row| row[column]).filter(|value| !value.is_nan()).collect();
         let mut next = group.next_column().unwrap().unwrap();

@@ -23,7 +23,7 @@ pub const NINE_DIGITS: f64 = 5e-9;
 /// programs, amplified along a run of 900 s.
 pub const GOLDEN_STATE: f64 = 1e-6;
 
-/// NRMSE(s,v,a) of a variant on what it drove itself: the measured acceleration is differenced again from speeds near
+/// NRMSE(s,v,a) of a variant on its own simulation: the measured acceleration is differenced again from speeds near
 /// 20 m/s, which costs 1e-13 m/s², and spacing from positions near 2 km.
 pub const SELF_DRIVEN: f64 = 1e-9;
 
@@ -54,7 +54,7 @@ pub const TABLE: f64 = 1e-14;
 pub const GPU_SCORE: f64 = 2e-5;
 
 /// Relative change of a score of the f64 reference when every parameter changes by up to 1e-6 of itself, above which the
-/// candidate says nothing about an f32 evaluator: eight roundings of its parameters alone would do the same.
+/// candidate does not test an f32 evaluator: eight roundings of its parameters alone would do the same.
 pub const GPU_ILL_CONDITIONED: f64 = 1e-5;
 
 /// Relative, seventeen measures of a whole run, f64 of the WGSL text against the reference: the two write the spacing as a
@@ -62,20 +62,20 @@ pub const GPU_ILL_CONDITIONED: f64 = 1e-5;
 pub const WHOLE_RUN: f64 = 1e-9;
 
 /// Where a run amplifies rounding differences, by how much: the change of the reference when its own parameters move by
-/// [`NUDGE`], times [`AMPLIFIED`]. Of a linear controller with gains of 5/s² and no lag nothing closer can be asked.
+/// [`NUDGE`], times [`AMPLIFIED`]. For a linear controller with gains of 5/s² and no lag no smaller value is possible.
 pub const NUDGE: f64 = 1e-13;
 
 /// See [`NUDGE`]; a run of 9000 steps makes ten thousands of roundings of 1e-16, and four nudges do not find the worst.
 pub const AMPLIFIED: f64 = 1000.0;
 
-/// Relative, one part by itself, beside what the reference changes if its arguments move by as much, one after the other: where
+/// Relative, one part alone, beside the changes of the reference if its arguments move by as much, one after the other: where
 /// large numbers cancel, the last bits of the arguments decide, and the two texts order their operations differently.
 pub const PART: f64 = 1e-12;
 
 /// Relative, the same for the candidates whose run amplifies a rounding difference, or in which one tips a switch over.
 pub const WHOLE_RUN_SENSITIVE: f64 = 1e-3;
 
-/// Condition number up to which a score says something about an evaluator: a candidate above it turns the roundings of its own
+/// Condition number up to which a score tests an evaluator: a candidate above it turns the roundings of its own
 /// parameters (6e-8) into more than 6e-7 before the evaluator has done anything.
 pub const CONDITIONED: f64 = 10.0;
 
@@ -83,7 +83,7 @@ pub const CONDITIONED: f64 = 10.0;
 /// 6e-8, amplified up to ten times.
 pub const SCORE_PLAIN: f64 = 2e-5;
 
-/// The same, compensated: what is left are the roundings of the parameters, of the measured signals and within a step.
+/// The same, compensated: only roundings of the parameters, of the measured signals and within a step remain.
 pub const SCORE_COMPENSATED: f64 = 3e-6;
 
 /// Relative, for 99.9 % of the same candidates in either precision: K is the largest change that a few trials met, not a bound.
@@ -104,7 +104,7 @@ pub const FIRST_STEP: [f64; 3] = [3e-5, 1e-4, 1e-3];
 pub const WINDOW: [f64; 3] = [1e-3, 1e-3, 1e-3];
 
 /// A window may exceed [`WINDOW`] if f64, started from the same states rounded to f32 or moved by one last bit of it, misses the
-/// reference by more than one part in so many of it. Not smaller: f32 rounds speed and spacing at each of 50 steps, a hundred
+/// reference by more than this fraction of it. Not smaller: f32 rounds speed and spacing at each of 50 steps, a hundred
 /// times in all, the start only once.
 pub const UNSTABLE: f64 = 100.0;
 

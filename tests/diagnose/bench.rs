@@ -1,4 +1,4 @@
-//! `leadlag bench diagnosis`: what its journal is worth, and what it writes into a page.
+//! `leadlag bench diagnosis`: its journal, and its output into a page.
 
 use crate::common::made_up;
 use leadlag::internal::bench::{DiagnosisJournal, DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks, planted};
@@ -37,7 +37,7 @@ fn outcome(task: &DiagnosisTask, adopted: &[String], off: f64) -> DiagnosisOutco
     }
 }
 
-/// A journal in which everything is named as planted, but for the first two single effects: one silent, one wrong.
+/// A journal in which every effect is named as planted, but for the first two single effects: one silent, one wrong.
 fn journal(folder: &Path) -> usize {
     let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES).expect("few cases");
     let singles: Vec<&DiagnosisTask> = tasks.iter().filter(|task| task.kind == "one").collect();
@@ -77,7 +77,7 @@ fn a_page_gets_tables_and_pictures() {
         format!("`leadlag bench diagnosis --seed 1`: all {count} cases."),
         format!("| wrong name, one effect of any size | 1 of {singles} |"),
         format!("in {} of ", text_of_close(&output)),
-        "![What was planted, and what was named](images/diagnosis_names.svg)".to_owned(),
+        "![Planted effects, and their names](images/diagnosis_names.svg)".to_owned(),
         "| one effect, named right | 0.03 m/s | 0.1 m/s |".to_owned(),
         format!("| all bases | {silent} | 0.25 | 0.25 | 0.25 |"),
     ] {
@@ -90,14 +90,14 @@ fn a_page_gets_tables_and_pictures() {
     }
     let names = std::fs::read_to_string(folder.path().join("images/diagnosis_names.svg")).expect("a picture");
     assert!(names.contains(">gain_mass</text>") && names.contains(">no name</text>"), "{names}");
-    // Twice the same but for what the first line may say of the day.
+    // Twice the same, except for the date in the first line.
     assert!(bench(folder.path(), &["--page", "page.md"]).status.success());
     let again = std::fs::read_to_string(&page).expect("a page");
     let tables = |text: &str| text.lines().filter(|line| line.starts_with('|')).map(str::to_owned).collect::<Vec<_>>();
     assert_eq!(tables(&again), tables(&text));
 }
 
-/// How many estimates the terminal says are close.
+/// Number of close estimates on the terminal.
 fn text_of_close(output: &Output) -> String {
     let text = String::from_utf8_lossy(&output.stdout);
     let line = text.lines().find(|line| line.starts_with("of the planted ones")).expect("a line on the estimates");
@@ -141,7 +141,7 @@ fn a_page_without_a_place_is_refused_before_anything_is_run() {
         let output = bench(folder.path(), &["--page", page]);
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success() && said.contains(page) && said.contains(expected), "{said}");
-        assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was begun");
+        assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was started");
     }
 }
 
@@ -157,11 +157,11 @@ fn seeds_and_sizes_that_give_no_seeds_of_their_own_are_refused() {
         let output = bench(folder.path(), &arguments);
         let said = String::from_utf8_lossy(&output.stderr);
         assert!(!output.status.success() && said.contains(expected), "{said}");
-        assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was begun");
+        assert!(!folder.path().join("diagnosis.jsonl").exists(), "nothing was started");
     }
 }
 
-/// An event is excused from what other causes have to show: held-out stretches, and the hold-out. Beside an event, they are not.
+/// An event is exempt from checks of other causes: held-out stretches, and the hold-out. Causes beside an event are not.
 #[test]
 fn the_evidence_for_two_effects_does_not_depend_on_their_order() {
     let data = planted(&made_up::hidden("dead_zone", "l-cth")).expect("a scenario that can be driven");
@@ -176,6 +176,6 @@ fn the_evidence_for_two_effects_does_not_depend_on_their_order() {
         .map(|causes| known(&question, &causes, &values).expect("no error").expect("both can be driven"));
     assert_eq!(one, other);
     assert_eq!(one.parts.len(), 2);
-    // What all of the data gain is no evidence for a cause that lasts.
+    // A gain on all of the data is no evidence for a lasting cause.
     assert!(one.evidence <= one.folds[0] + one.folds[1], "{one:?}");
 }

@@ -117,7 +117,7 @@ fn wrong_usage_is_said() {
     assert!(code != 0 && message.contains("mine.wgsl"), "{message}");
 }
 
-/// What is hidden is found in one drive as `synth` writes it. Sensors of millimetres make a rugged likelihood, and a base takes a
+/// The diagnosis finds the hidden effect in one drive of `synth`. Sensors of millimetres make a rugged likelihood, and a base takes a
 /// change this large for a missing acceleration of 0.2 m/s² over minutes: searches from there alone have missed each of these.
 #[test]
 fn large_effects_are_found_with_precise_sensors() {
@@ -131,7 +131,7 @@ fn large_effects_are_found_with_precise_sensors() {
         assert!(effect.starts_with(cause["name"].as_str().expect("a name")), "{cause}");
         let parameters = cause["parameters"].as_array().expect("a list");
         let own = parameters.iter().find(|p| p["name"] == parameter).expect("its parameter");
-        // What began in the first two thirds goes on in the last one, where the gain is measured; a recommended model has its own.
+        // An effect that began in the first two thirds continues in the last one, where the gain is measured; a recommended model has its own gain.
         let gain = if json["recommended"].is_null() { &json["gain"] } else { &json["recommended"]["gain"] };
         assert!(gain["interval"][0].as_f64().is_some_and(|low| low > 0.0), "{gain}");
         own["value"].as_f64().expect("a number")
@@ -199,13 +199,13 @@ fn a_diagnosis_has_the_fields_of_its_contract() {
             assert!(!cause[key].is_null(), "{key} of {cause}");
         }
     }
-    // What the base is worth on data that its fits left out stands there whatever the verdict.
+    // The score of the base on left-out data is printed with any verdict.
     let held = json["base_held_back"].as_array().expect("a list");
     assert!(held.len() == 1 && held[0]["nrmse_sva"].as_f64().is_some_and(|nrmse| nrmse > 0.0), "{held:?}");
     assert_eq!(held[0]["rms"].as_array().map(Vec::len), Some(3));
     assert!(json["held_back"].as_str().is_some_and(|text| text.contains("last third of each file")));
     assert_eq!(fs::read_to_string(Path::new(out).join("diagnosis.json")).expect("written"), text);
-    // What is read back is the whole of it.
+    // Reading returns everything that was written.
     let outcome: Outcome = serde_json::from_str(&text).expect("as written");
     assert_eq!(serde_json::to_value(&outcome).expect("finite numbers"), json);
     let table = fs::read_to_string(Path::new(out).join("missing_acceleration_1.csv")).expect("written");

@@ -165,7 +165,7 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
     let words: Vec<String> = words.iter().chain(&["--lead-start 12.5", "--out out"]).map(|w| (*w).to_owned()).collect();
     let beside = Beside {
         trained: &[[0.0, 80.0], [0.0, 79.9]],
-        again: Some(Again { words, on: "on what was trained on".to_owned() }),
+        again: Some(Again { words, on: "on the training data".to_owned() }),
     };
     let said = diagnosis(&outcome, &beside);
     assert!(said.contains("a.csv [train] follower 1, 0.0 to 80.0 s, held back from there to 120.0 s\n"), "{said}");
@@ -173,7 +173,7 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
     let rows: Vec<&str> = said.lines().filter(|line| line.starts_with("  v_0 ")).collect();
     assert!(rows.len() == 2 && rows[0].ends_with("  at its bound") && rows[1].ends_with(" m/s"), "{rows:?}");
     assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
-    let typed = "To calibrate it on what was trained on:\n  leadlag calibrate a.csv b.csv --joint --extend grade \\\n    \
+    let typed = "To calibrate it on the training data:\n  leadlag calibrate a.csv b.csv --joint --extend grade \\\n    \
                  --grade a/long/way/to/Slope.csv --lead-start 12.5 --out out\n";
     let (_, rest) = said.split_once("To calibrate").expect("a way on");
     assert!(format!("To calibrate{rest}").starts_with(typed), "{rest}");
@@ -221,7 +221,7 @@ fn a_base_that_crashes_and_a_likelier_one_are_told_in_text_and_page() {
     let next = "Next: the same command with --base l-idm+delay";
     assert!(text.contains(next) && page.contains(next), "{text}");
     assert!(text.contains("agree within 0 m/s"), "{text}");
-    // What the terminal marks as at its bound, the page does, too.
+    // The page marks the same values at their bound as the terminal.
     assert!(text.contains("at its bound") && page.contains("<td>at its bound</td>"), "{text}");
     // No crash, no words about one, and no key.
     let [_, page] = said(&self::outcome(serde_json::json!({})));
@@ -276,7 +276,7 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
     }
 }
 
-/// A rival is told beside the cause in whose place it could be; where a file does not say in whose, beside the first.
+/// A rival is listed beside the cause that it could replace; if a file does not name that cause, beside the first.
 #[test]
 fn a_rival_stands_beside_its_own_cause() {
     let cause = |name: &str, instead_of: Option<&str>| {
@@ -302,7 +302,7 @@ fn a_rival_stands_beside_its_own_cause() {
     }
 }
 
-/// Where nothing is named, what is recommended is the answer.
+/// Without a name, the recommendation is the answer.
 #[test]
 fn a_recommendation_without_a_name_is_the_answer() {
     let recommended = serde_json::json!({
@@ -317,7 +317,7 @@ fn a_recommendation_without_a_name_is_the_answer() {
     assert!(page.contains(&format!("<strong>{first}</strong> {then}</p>")), "{page}");
 }
 
-/// What the base is worth on a drive that it was not fitted to is told whether or not something is found.
+/// The score of the base on an unseen drive is printed with or without a cause.
 #[test]
 fn the_base_on_what_is_held_back_is_always_told() {
     let entry = |label: &str, rms: Option<[f64; 3]>| {
@@ -335,7 +335,7 @@ fn the_base_on_what_is_held_back_is_always_told() {
     assert!(!text.contains("left data out") && !page.contains("left data out"));
 }
 
-/// Where nothing is found, what was not tried and what is left stand beside it.
+/// Where nothing is found, the text says what was not tried and how much remains unexplained.
 #[test]
 fn nothing_found_says_what_was_not_tried_and_what_is_left() {
     let untried =

@@ -1,7 +1,7 @@
 //! Effects hidden in synthetic drives are named, drives without an effect name none.
 //!
-//! The truth is made by the plant, which shares no code with what diagnoses it. Seeds are fixed and were not used for tuning, unless said;
-//! `leadlag bench diagnosis` is the same with as many cases as one likes.
+//! The plant makes the truth and shares no code with the diagnosis. Seeds are fixed and were not used for tuning, unless stated;
+//! `leadlag bench diagnosis` is the same with any number of cases.
 
 use crate::common;
 use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, infer_task, judge, planted};
@@ -16,7 +16,7 @@ use std::ops::ControlFlow;
 const WITHIN: f64 = 0.10;
 const ERRORS: f64 = 3.0;
 
-/// Share of what the truth gains on the hold-out that the extended model has to gain.
+/// Share of the truth's gain on the hold-out that the extended model has to reach.
 const GAINED: f64 = 0.8;
 
 fn task(kind: &str, base: &str, causes: &[&str], gusts_mps2: f64, seed: u64) -> DiagnosisTask {
@@ -50,7 +50,7 @@ fn told(outcome: &DiagnosisOutcome) -> String {
     )
 }
 
-/// The cause is named, its size is right, and the extended model gains most of what the truth gains.
+/// The cause is named, its size is right, and the extended model has most of the truth's gain.
 fn named(base: &str, cause: &str, seed: u64) {
     let outcome = sized(&task("one", base, &[cause], 0.0, seed));
     let share = outcome.share_of_gain().unwrap_or_else(|| panic!("a crash, or nothing to gain: {}", told(&outcome)));
@@ -62,7 +62,7 @@ fn sized(task: &DiagnosisTask) -> DiagnosisOutcome {
     let outcome = infer_task(task);
     assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
     assert_eq!(outcome.adopted[..1], task.causes, "{}", told(&outcome));
-    // The first parameter says how strong it is.
+    // The first parameter is the strength.
     let sizes = outcome.truth.iter().filter(|(name, _)| !name.ends_with(".t1") && !name.ends_with(".dur"));
     for (name, truth) in sizes {
         let [value, error] = outcome.estimates[name];
@@ -115,7 +115,7 @@ fn a_lag_or_one_of_its_family() {
 #[test]
 fn nothing_where_the_truth_has_no_evidence() {
     let outcome = infer_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9106));
-    let known = outcome.known.as_ref().expect("fitted from the truth, for it was not named");
+    let known = outcome.known.as_ref().expect("fitted from the truth, because it was not named");
     assert!(known.evidence < known.threshold, "{}", told(&outcome));
     assert_eq!(judge(&outcome), Judgement::Silent, "{}", told(&outcome));
 }
@@ -147,7 +147,7 @@ fn two_at_once() {
     assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
 }
 
-/// Ten minutes, for two drives have to show the same places.
+/// Ten minutes, because two drives have to show the same places.
 #[test]
 fn what_no_cause_explains() {
     let outcome = infer_task(&DiagnosisTask { duration_s: 600.0, ..task("outside", "idm", &[], 0.0, 9117) });
@@ -155,7 +155,7 @@ fn what_no_cause_explains() {
     assert!(outcome.reason.contains("road"), "{}", told(&outcome));
 }
 
-/// An IDM car, of which the linear law is said to be the base, and the other way round with Gipps' law.
+/// An IDM car with the linear law as base, and the reverse with Gipps' law.
 #[test]
 fn another_law_is_not_papered_over() {
     for base in ["idm", "l-cth"] {
@@ -164,8 +164,8 @@ fn another_law_is_not_papered_over() {
     }
 }
 
-/// A sensor without a sign reads the size of its noise where a car stands. For that a dead zone had 19 nats on this seed (16 needed), as
-/// if the car did not mind to be off its place.
+/// A sensor without a sign reads the absolute value of its noise while a car stands. This gave a dead zone 19 nats on this seed (16 needed), as
+/// if the car tolerated an error of its place.
 #[test]
 fn a_standing_car_has_no_dead_zone() {
     let task = task("none", "gipps", &[], 0.05, 6_174_270);
@@ -272,7 +272,7 @@ mod in_fifteen_minutes {
 }
 
 /// 2143 nats on which the hold-out was silent: there, too, the base has to be found without derivatives. (Steps were called 0.446 m/s2
-/// then, for no part of a time step was between two of them.)
+/// then, because no part of a time step was between two of them.)
 #[test]
 #[ignore = "a minute"]
 fn steps_of_the_command_that_carry_over() {
@@ -287,7 +287,7 @@ fn a_limit_that_few_blocks_show() {
     sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "l-cth", &["jerk_limit"], 0.05, 7_703_121) });
 }
 
-/// 1897 nats, which Gipps' own spacing explains as well: a law that is ahead of the named cause by a hundredth of that is no objection.
+/// 1897 nats, which Gipps' own spacing explains as well: a law that leads the named cause by a hundredth of that does not count against it.
 #[test]
 #[ignore = "half a minute"]
 fn a_headway_that_another_law_has() {
@@ -317,14 +317,14 @@ fn two_of_which_one_is_small() {
     both("gipps", &["dead_zone", "power_cap"], 0.05, 1_122_289);
 }
 
-/// A change of the headway in the first seconds stands in for the drag and the dead zone until both are found, and is not needed then.
+/// A change of the headway in the first seconds replaces the drag and the dead zone until both are found, and is not needed then.
 #[test]
 #[ignore = "a minute"]
 fn two_without_what_stood_in_for_them() {
     both("gipps", &["aero_drag", "dead_zone"], 0.0, 9_587_289);
 }
 
-/// What the closed loop says of a planted task; all three drives are given, none is held out.
+/// Answer of the closed loop to a planted task; all three drives are given, none is held out.
 fn closed_loop(task: &DiagnosisTask) -> (Answer, Vec<Vec<String>>) {
     let planted = planted(task).expect("drivable");
     let drives: Vec<Drive> = planted.train.into_iter().chain(planted.holdout).collect();
@@ -362,7 +362,7 @@ fn in_the_race_a_lag_is_named_by_its_family_and_recommended() {
     assert!(families.contains(&"phase"), "{families:?} of {passing:?}");
 }
 
-/// Without gusts the finer steps of the car are all that a model lacks: a lag with an answer to the car ahead makes up for them.
+/// Without gusts the finer steps of the car are all that a model lacks: a lag with a reaction to the car ahead compensates for them.
 #[test]
 fn in_the_race_nothing_is_named_where_nothing_is_hidden() {
     for (base, gusts, seed) in [("l-idm", 0.0, 8_807_293), ("idm", 0.05, 4204)] {

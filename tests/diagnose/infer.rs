@@ -1,4 +1,4 @@
-//! The inference as its callers see it: what it refuses, how it is stopped, and that threads do not change it.
+//! The inference from the caller's view: refusals, stopping, and independence of threads.
 
 use crate::common::made_up;
 use leadlag::internal::bench::{DiagnosisTask, Planted, planted};
@@ -16,7 +16,7 @@ fn drives(base: &str, cause: &str) -> Planted {
     planted(&made_up::hidden(cause, base)).expect("a scenario that can be driven")
 }
 
-/// What to ask of a linear car.
+/// A question about a linear car.
 fn question<'a>(
     train: &'a [Drive],
     holdout: &'a [Drive],
@@ -54,7 +54,7 @@ fn the_same_for_any_number_of_threads() {
     assert_eq!(one.extended.noise, three.extended.noise);
     assert_eq!(one.adopted, three.adopted);
     assert_eq!(one.adopted.first().map(|cause| cause.extension.name.as_str()), Some("dead_zone"), "{}", one.reason);
-    // What others need of it: runs over all three drives, and a model that they can simulate.
+    // Input for other tests: runs over all three drives, and a model that they can simulate.
     assert_eq!(one.extended.innovations.len(), 3);
     assert!(one.extended.variant.extensions.get("lead").is_none());
     assert!(one.extended.parameters.get(one.adopted[0].extension.parameters[0]) > 0.0);
@@ -81,7 +81,7 @@ fn late_and_looking_ahead(profile: plant::Profile) -> Drive {
     Drive::of(&trajectory, None).expect("no jump").0.remove(0)
 }
 
-/// The answer makes up for what the delay takes: alone it gains next to nothing. In closed loop the two run together.
+/// The look-ahead compensates for the delay: alone it gains almost nothing. In closed loop the two run together.
 #[test]
 fn two_that_hide_each_other() {
     let drives =
@@ -97,7 +97,7 @@ fn two_that_hide_each_other() {
     assert_eq!(named.rivals, [], "{:?}", found.set);
 }
 
-/// Beside two causes it ends where enough was simulated, and says so; the same two otherwise.
+/// With two causes it ends when the limit of simulations is reached, and reports it; the same two otherwise.
 #[test]
 fn it_ends_when_enough_was_simulated() {
     let task = DiagnosisTask {

@@ -1,4 +1,4 @@
-//! What a base model lacks: the data, the search for a cause, what is said of it, and effects that were hidden.
+//! Diagnoses: the data, the search for a cause, the output, and hidden effects.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -1,4 +1,4 @@
-//! Stretches that no model follows are found, whoever drove there, and none are where the car drives by itself.
+//! Stretches that no model follows are found, whatever the cause, and none where the car follows.
 
 use crate::common;
 use leadlag::internal::bench::{DiagnosisTask, planted};
@@ -54,7 +54,7 @@ fn a_driver_interferes(drive: &mut Drive) -> f64 {
 fn a_driver_is_found_and_the_car_is_not() {
     for (base, seed) in [("l-cth", 4301), ("idm", 4302)] {
         let mut drives = drives("none", base, &[], seed);
-        assert_eq!(found(&drives, base), [], "{base}: nobody interfered");
+        assert_eq!(found(&drives, base), [], "{base}: no driver interfered");
         let begin = a_driver_interferes(&mut drives[1]);
         let stretches = found(&drives, base);
         let [stretch] = stretches.as_slice() else { panic!("{base}, from {begin} s: {stretches:?}") };
@@ -75,7 +75,7 @@ fn a_driver_is_found_and_the_car_is_not() {
     }
 }
 
-/// What the car does all the time is to be explained, not cut out.
+/// A permanent property of the car is to be explained, not cut out.
 #[test]
 fn what_the_car_does_is_no_interference() {
     for (base, cause, seed) in [("gipps", "headway_mode_change", 4304), ("idm", "actuation_lag", 4305)] {

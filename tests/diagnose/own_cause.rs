@@ -1,4 +1,4 @@
-//! Causes of one's own in a diagnosis: one that acts is named, and one that cannot be tried is not passed over in silence.
+//! A user's causes in a diagnosis: one that acts is named, and an untestable one is reported.
 
 use crate::common::made_up;
 use leadlag::internal::bench::planted;
@@ -12,10 +12,10 @@ use std::ops::ControlFlow;
 use std::path::Path;
 use std::process::Command;
 
-/// What `dead_zone` of the library does, under other names.
+/// The effect of `dead_zone` of the library, under other names.
 const BLIND_ZONE: &str = "//! Small errors of the gap are not seen.
 struct Parameters {
-    /// half width of what is not seen [m], 0 to 8, neutral 0
+    /// half width of the unseen range [m], 0 to 8, neutral 0
     width: f32,
 }
 
@@ -36,7 +36,7 @@ fn broken_command(own: Parameters, a_cmd: f32) -> f32 {
 }
 ";
 
-/// Nobody knows with which speed to begin.
+/// No start value for the speed is known.
 const LATE: &str = "struct Parameters {
     /// share that is lost [-], 0 to 1, neutral 0
     share: f32,
@@ -55,7 +55,7 @@ const FIXED: &str = "fn fixed_command(a_cmd: f32) -> f32 {
 }
 ";
 
-/// What `leadlag diagnose` makes of a synthetic drive of 200 s with these causes of one's own: its text, and its JSON.
+/// Output of `leadlag diagnose` for a synthetic drive of 200 s with these causes of a user: its text, and its JSON.
 fn diagnosed(name: &str, effect: &[&str], causes: &[(&str, &str)]) -> (String, Value) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("own_cause").join(name);
     let _ = fs::remove_dir_all(&folder);
@@ -84,7 +84,7 @@ fn names(list: &Value) -> Vec<&str> {
     list.as_array().expect("a list").iter().filter_map(|entry| entry["name"].as_str()).collect()
 }
 
-/// The data cannot tell two texts apart that do the same, and the diagnosis says so.
+/// The data cannot distinguish two texts with the same effect, and the diagnosis reports that.
 #[test]
 fn a_copy_of_the_planted_cause_is_as_likely_as_it() {
     let (text, json) = diagnosed("copy", &["--effect", "dead_zone:w=1.3"], &[("blind_zone.wgsl", BLIND_ZONE)]);
@@ -126,7 +126,7 @@ fn a_cause_of_ones_own_is_named() {
     let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
     assert_eq!(found.verdict, Verdict::Named, "{}", found.reason);
     assert_eq!(found.adopted.iter().map(|cause| cause.extension).collect::<Vec<_>>(), [own], "{}", found.reason);
-    // What could not be tried changes nothing for the others.
+    // An untestable cause changes nothing for the others.
     let without: Vec<&'static Extension> = causes[..3].to_vec();
     let again = infer(&Question { causes: &without, ..question }, &mut |_| ControlFlow::Continue(()));
     let again = again.expect("a diagnosis");
@@ -135,7 +135,7 @@ fn a_cause_of_ones_own_is_named() {
     assert!(again.untried.is_empty(), "{:?}", again.untried);
 }
 
-/// Nothing depends on what a cause is called: a copy of a limit is searched as the limit of the library is.
+/// Nothing depends on the name of a cause: a copy of a limit is searched as the limit of the library is.
 #[test]
 fn a_copy_under_another_name_is_searched_in_the_same_way() {
     let data = planted(&made_up::hidden("accel_cap", "l-cth")).expect("a scenario that can be driven");
@@ -181,7 +181,7 @@ fn what_could_not_be_tried_is_listed_with_its_reason() {
     assert!(names(&json["causes"]).is_empty(), "{text}");
 }
 
-/// A law without the parameter that a cause changes: the cause is left out, and it is said why.
+/// A law without the parameter that a cause changes: the cause is left out, with a reason.
 #[test]
 fn a_cause_that_needs_what_the_law_lacks_is_not_tried() {
     let data = planted(&made_up::hidden("accel_cap", "l-cth")).expect("a scenario that can be driven");

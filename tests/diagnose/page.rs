@@ -1,4 +1,4 @@
-//! The tables of docs/DIAGNOSIS.md are those of the code: where one is missing, the message has it ready to be pasted.
+//! The tables of docs/DIAGNOSIS.md are those of the code: the message of a failure has the missing table ready to be pasted.
 
 use leadlag::internal::diagnose::answer::VERDICTS;
 use leadlag::internal::diagnose::data::{FindingKind, LIMITS};

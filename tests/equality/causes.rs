@@ -84,7 +84,7 @@ fn laws_in_f64_equal_the_reference() {
     }
 }
 
-/// No candidate that is asked about makes the reference panic.
+/// No examined candidate makes the reference panic.
 #[test]
 fn what_the_reference_cannot_simulate_is_an_error() {
     let text = "fn own_command(a_cmd: f32) -> f32 {\n    return 0.9 * a_cmd;\n}\n";
@@ -118,7 +118,7 @@ fn a_negative_delay_counts_as_none() {
     let jobs = [Job { case: 0, population: &population }];
     let theirs = Reference::new(vec![case.clone()], GoodnessOfFit::default()).outcomes(&jobs).expect("it runs");
     assert_eq!(theirs[0].delay_steps, 0.0);
-    // As text, for NaN is not equal to itself.
+    // As text, because NaN is not equal to itself.
     assert_eq!(format!("{:?}", theirs[0]), format!("{:?}", theirs[1]));
     let mut lanes = Lanes::new(vec![case], GoodnessOfFit::default(), LanesPrecision::F64).expect("a valid text");
     let ours = lanes.raw(&jobs).expect("short delays");

@@ -72,7 +72,7 @@ fn neutral_values_change_nothing_and_others_do() {
                 }
                 neutral.push(&values);
             }
-            // Another delay bound is another window, so both start where the longer one says.
+            // Another delay bound is another window, so both start at the longer one.
             let mut bare_lanes =
                 lanes(&Case { tau_p_upper: case.longest_delay(), ..plain.clone() }, LanesPrecision::F64);
             if case.longest_delay() > plain.longest_delay() && !plain.variant.delay {
@@ -82,7 +82,7 @@ fn neutral_values_change_nothing_and_others_do() {
             let raw = |lanes: &mut Lanes, population| lanes.raw(&[Job { case: 0, population }]).expect("short delays");
             let (a, b, c) = (raw(&mut bare_lanes, &bare), raw(&mut extended, &neutral), raw(&mut extended, &spread));
             for (i, (a, b)) in a.iter().zip(&b).enumerate() {
-                // Caps at their neutral value still act on what is beyond it.
+                // Caps at their neutral value still act beyond it.
                 let acts = ["accel_cap", "decel_cap", "power_cap", "jerk_limit"].contains(&extension.name.as_str());
                 if acts || a.status != 0 {
                     continue;
@@ -95,7 +95,7 @@ fn neutral_values_change_nothing_and_others_do() {
             *acted.entry(&extension.name).or_insert(0) += usize::from(b != c);
         }
     }
-    // A limit may be beyond what a base model asks for on this drive; a delay is compared where the base has one.
+    // A limit may be beyond the commands of a base model on this drive; a delay is compared where the base has one.
     let idle: Vec<_> =
         library().iter().map(|e| &e.name).filter(|name| acted.get(name).is_none_or(|n| *n == 0)).collect();
     assert!(idle.is_empty(), "extensions that change nothing on any base: {idle:?}");
@@ -196,7 +196,7 @@ fn lanes_and_gpu_give_the_same_bits() {
     assert!(differences.is_empty(), "{} differences:\n{}", differences.len(), differences.join("\n"));
 }
 
-/// What would clash with the time loop if names were shared: all of it in one text, on the device.
+/// Names that would clash with the time loop if they were shared: all of them in one text, on the device.
 #[test]
 fn an_extension_may_use_the_names_of_the_kernel_on_the_gpu() {
     let text = "const main = 0.5;\nconst sample = 1.0;\nconst RING = 2.0;\nalias Real = f32;\nalias Job = bool;\nstruct Memory {\n    opaque_zero: f32,\n}\n\
@@ -322,7 +322,7 @@ fn cold_command(own: Parameters, state: State, a_cmd: f32) -> Done {
     }
 }
 
-/// A copy of the world is the world: what is read of it is known.
+/// A copy of the world is the world: its members are known.
 #[test]
 fn members_of_a_copied_world_are_read() {
     let text = |name: &str, body: &str| {
@@ -391,7 +391,7 @@ fn bounds_of_a_delay_are_those_of_the_search() {
         }
         assert!(expected.iter().any(|score| matches!(score, Score::Value(_))), "tp = {upper}: some run ends");
     }
-    // What is too long is said of the parameter that is.
+    // The message about a long delay names its parameter.
     let at = |variant: Variant, tp: f64| {
         let case = case(variant);
         let population = ending_in(variant, 1, tp);
@@ -404,7 +404,7 @@ fn bounds_of_a_delay_are_those_of_the_search() {
     assert_eq!(error, Err(refused));
     let (refused, _) = at(with("l-gipps+delay", &[delay]), 4.0);
     assert!(refused.starts_with("tau_p + tp: expected at most 3.8 s, found 4."), "{refused}");
-    // Nobody perceives what is to come.
+    // A delay cannot be negative.
     let (refused, _) = at(variant, -0.2);
     assert_eq!(refused, "tp: expected a number of at least 0 and below 1e9, found -0.2");
     assert!(space([-0.2, -0.2]).is_err());

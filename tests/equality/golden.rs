@@ -48,7 +48,7 @@ fn number(row: &Row, column: &str) -> f64 {
     row[column].parse().unwrap_or_else(|_| panic!("row {}: {column}: {:?}", row["row_id"], row[column]))
 }
 
-/// Largest relative difference over the seventeen measures, and where it is.
+/// Largest relative difference over the seventeen measures, and its place.
 fn largest_difference(row: &Row) -> (f64, &'static str) {
     let difference = |name: &&'static str| {
         let (ours, theirs) = (number(row, name), number(row, &format!("{name}_in")));
@@ -87,7 +87,7 @@ fn every_evaluation_agrees() {
 
 /// Every row, with the tolerances of an f64 program.
 ///
-/// `chaotic` rows must differ by more than `GOLDEN_CHAOTIC`; they are no exceptions.
+/// `chaotic` rows must differ by more than `GOLDEN_CHAOTIC`; they are not exceptions.
 fn agrees_in_f64(shared: &Path, evaluator: &str, chaotic: &[&str], build: &mut Build) {
     let table = evaluated(shared, build);
     let failed = table.iter().filter(|row| row["success"] == "0").count();

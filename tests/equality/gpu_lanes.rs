@@ -103,7 +103,7 @@ fn same_score(a: &Score, b: &Score) -> bool {
     }
 }
 
-/// On hardware: equal ends, and sums that differ by roundings only, for most candidates.
+/// On hardware: equal ends, and sums that differ only by roundings, for most candidates.
 fn assert_close(what: &str, gpu: &[Raw], lanes: &[Raw]) {
     let same = gpu.iter().zip(lanes).filter(|(a, b)| (a.status == 0) == (b.status == 0)).count();
     assert!(same as f64 >= 0.95 * gpu.len() as f64, "{what}: {same} of {} candidates end alike", gpu.len());
@@ -115,7 +115,7 @@ fn assert_close(what: &str, gpu: &[Raw], lanes: &[Raw]) {
     assert!(median <= tolerance::GPU_SCORE, "{what}: median difference of the root of squared errors {median:e}");
 }
 
-/// What one combination found.
+/// Result of one combination.
 #[derive(Default)]
 struct Found {
     candidates: usize,
@@ -218,7 +218,7 @@ fn every_variant_gives_the_same_bits() {
     assert!(differences.is_empty(), "{} differences:\n{}", differences.len(), shown.join("\n"));
 }
 
-/// Survivors of two evaluations, and how many of them differ in any bit.
+/// Survivors of two evaluations, and the number of those that differ in any bit.
 fn changed(a: &[Raw], b: &[Raw]) -> (usize, usize) {
     let both: Vec<_> = a.iter().zip(b).filter(|(a, b)| a.status == 0 && b.status == 0).collect();
     (both.len(), both.iter().filter(|(a, b)| first_difference(a, b).is_some()).count())

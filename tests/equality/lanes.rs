@@ -197,7 +197,7 @@ fn a_trace_restarts_from_any_state() {
     }
 }
 
-/// Kicks that share blocks do what one does after a past that has it, bit for bit.
+/// Kicks that share blocks give the same bits as a kick after the same past.
 #[test]
 fn kicks_are_changes_of_the_past() {
     let trajectory = cars::drive(60.0);
@@ -338,7 +338,7 @@ fn refusals_say_what_and_where() {
         let message = Function::compile(&source, &checked, "f").expect_err(body).to_string();
         assert!(message.starts_with("mine.wgsl:5:") && message.contains(construct), "{body}: {message}");
         assert!(message.ends_with(body), "{message}");
-        // What stands in the place of those of WGSL.
+        // Replacements of those of WGSL.
         assert!(message.contains("power exponential logarithm, and min max clamp abs sqrt sin cos floor"), "{message}");
     }
     let source = Source::single("mine.wgsl", "fn g() -> f32 { return 1.0; }");
@@ -346,7 +346,7 @@ fn refusals_say_what_and_where() {
     assert_eq!(message, "function `f` is missing; the text has g");
 }
 
-/// The last bit of a quotient such as 0.28 s / 0.04 s must not put a delay beyond what is remembered.
+/// The last bit of a quotient such as 0.28 s / 0.04 s must not put a delay beyond the memory.
 #[test]
 fn a_delay_may_equal_its_bound() {
     let variant = variant("idm+delay");

@@ -98,7 +98,7 @@ fn in_f64_exact_values() {
     assert!(power_f64(0.5, f64::NAN).is_nan());
 }
 
-/// The largest error over so many points between two places, and where it is.
+/// The largest error over this many points between two places, and its place.
 fn worst(points: u32, [from, to]: [f64; 2], error: impl Fn(f64) -> f64) -> (f64, f64) {
     let at = |i| from + (to - from) * f64::from(i) / f64::from(points);
     (0..=points).map(|i| (error(at(i)), at(i))).fold((0.0, 0.0), |a, b| if b.0 > a.0 { b } else { a })

@@ -33,7 +33,7 @@ fn difference(ours: &Outcome, reference: &Outcome) -> Option<f64> {
     }
 }
 
-/// By how much the reference itself changes if its parameters move by almost nothing; `None` if it then ends differently.
+/// Change of the reference itself if its parameters move by almost nothing; `None` if it then ends differently.
 fn amplification(case: &Case, population: &Population, candidate: usize, reference: &Outcome) -> Option<f64> {
     let mut trace = Trace::default();
     let symbols = population.symbols();
@@ -50,7 +50,7 @@ fn amplification(case: &Case, population: &Population, candidate: usize, referen
     Some(largest)
 }
 
-/// Both evaluators on all variants; returns how many of the runs were compared, and how many were only close.
+/// Both evaluators on all variants; returns the numbers of compared runs and of runs that were only close.
 fn compare(trajectory: &Trajectory, convention: Convention, count: usize) -> (usize, usize) {
     let (mut compared, mut sensitive) = (0, 0);
     let mut wrong = Vec::new();
@@ -130,7 +130,7 @@ struct Draw {
 
 impl Draw {
     /// Edges in a third of the draws: bounds, standstill, tiny and negative gaps, speeds a little below 0 and above v_0, both
-    /// signs of what minima and maxima compare.
+    /// signs of the arguments of minima and maxima.
     fn new(random: &mut cars::Random) -> Draw {
         let mut pick = |edges: &[f64], low: f64, high: f64| {
             if random.next() < 1.0 / 3.0 {
@@ -248,7 +248,7 @@ fn spacing_policies() {
 
 #[test]
 fn controllers() {
-    // What comes before a law hands the present speed on; laws are compared in tests/equality/causes.rs.
+    // The stage before a law passes the present speed on; laws are compared in tests/equality/causes.rs.
     for &part in Controller::ALL.iter().filter(|part| **part != Controller::Law) {
         let variant = Variant::all().find(|v| v.base.controller == part).expect("every part is in a variant");
         compare_part(&variant, "commanded_acceleration", &|at| {

@@ -1,4 +1,4 @@
-//! The GPU evaluator: every variant runs, its scores are those of the reference, failures are told apart, and no candidate
+//! The GPU evaluator: every variant runs, its scores are those of the reference, failures are distinct, and no candidate
 //! disturbs another.
 
 use crate::common::gpu::{case, gpu, job, population, scores, skipped, variant};
@@ -25,8 +25,8 @@ fn shaken(population: &Population, by: f64) -> Population {
     shaken
 }
 
-/// How far each score is off, in multiples of what is allowed; `None` where rounding the parameters already changes what the f64
-/// reference finds.
+/// Error of each score, in multiples of the limit; `None` where rounding the parameters already changes the f64
+/// reference.
 fn misses(variant: Variant, convention: Convention, precision: Precision) -> Vec<Option<f64>> {
     let case = case(variant, convention, 300, 0.0);
     let population = population(variant, convention, 64, 1);
@@ -249,7 +249,7 @@ fn the_other_buffer_set_is_not_waited_for() {
     gpu.submit(BufferSet::A, &[job(0, &few)]).expect("a device");
     gpu.submit(BufferSet::B, &[job(0, &many)]).expect("a device");
     gpu.collect(BufferSet::A, &mut [Score::Rejected]).expect("a device");
-    // Hardware may be done with both by now.
+    // Hardware may have finished both.
     assert!(gpu.is_hardware() || !gpu.is_idle(), "the set B was waited for");
     gpu.collect(BufferSet::B, &mut vec![Score::Rejected; many.len()]).expect("a device");
     assert!(gpu.is_idle());

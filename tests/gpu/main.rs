@@ -1,4 +1,4 @@
-//! The evaluator on a GPU by itself. Its tests lose devices, which evaluators of a process share, so no others run beside them.
+//! The evaluator on a GPU, in a separate program. Its tests lose devices, which evaluators of a process share, so no others run beside them.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -255,7 +255,7 @@ fn rings_of_every_length_remember_alike() {
     }
 }
 
-/// Destroys the device under some of the submissions; from the seventh on, the one that replaces it as well, if it is to stay away.
+/// Destroys the device under some of the submissions; from the seventh on, its replacement as well, if it is to stay away.
 struct Saboteur {
     gpu: Gpu,
     submissions: u32,
@@ -336,7 +336,7 @@ fn lanes_go_on_where_a_device_is_lost_for_good() {
     let mut fallback = Fallback::new(Box::new(saboteur), Box::new(replace));
     let found = run(&mut fallback);
     assert_eq!(fallback.name(), "lanes");
-    // Lavapipe and lanes have the same bits, so that nothing shows where one took over from the other.
+    // Lavapipe and lanes have the same bits, so the point of the takeover does not show.
     if is_exact {
         assert_eq!(found, expected);
     }

@@ -1,11 +1,11 @@
-//! Broken files, each with the exact message: file, line, column, expected, found, what to do.
+//! Broken files, each with the exact message: file, line, column, expected, found, remedy.
 
 use crate::common;
 use leadlag::internal::trajectory::import::{self, ColumnMap, Labels, Layout, read_mapped_from};
 use leadlag::internal::trajectory::{Grade, Note, Preparation, inspect, prepare};
 use std::io::{Cursor, Read};
 
-/// Who reads a file.
+/// Reader of a file.
 #[derive(Debug, Clone, Copy)]
 enum Reader {
     /// The importers, which recognise the layout.
@@ -15,7 +15,7 @@ enum Reader {
     Labels,
 }
 
-/// A small good file, and who reads it.
+/// A small good file, and its reader.
 type Base = (&'static str, Reader, &'static str);
 
 const PAIR: Base =
@@ -53,7 +53,7 @@ const LABELS: Base = (
      drive,1,2,3,4,5,5.196,4.706,4.957,4.957,4.464\n",
 );
 
-/// What the reader says; empty if it takes the file.
+/// Message of the reader; empty if it accepts the file.
 fn message(reader: Reader, input: impl Read) -> String {
     let result = match reader {
         Reader::Detect => import::read_from(input, "bad.csv", None).map(drop),
@@ -72,13 +72,13 @@ fn broken(base: Base, from: &[u8], to: &[u8]) -> Vec<u8> {
     [&good[..at], to, &good[at + from.len()..]].concat()
 }
 
-/// What is wrong, in which file, what is replaced by what, and the message.
+/// Fault, file, replaced text, replacement, and message.
 type Case = (&'static str, Base, &'static [u8], &'static [u8], &'static str);
 
 #[rustfmt::skip]
 const CASES: &[Case] = &[
     ("wrong header", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"a,b,c,d", "bad.csv:1: no known layout has the columns a, b, c, d; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`, or a file of your own)"),
-    ("missing column", PAIR, b"spacing_m", b"gap", "bad.csv:1: column spacing_m is missing; the file has time_s, lead_speed_mps, speed_mps, gap (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename gap to spacing_m? Or read the table as it is with --columns (`leadlag list columns`)"),
+    ("missing column", PAIR, b"spacing_m", b"gap", "bad.csv:1: column spacing_m is missing; the file has time_s, lead_speed_mps, speed_mps, gap (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename gap to spacing_m? Or read the table with --columns (`leadlag list columns`)"),
     ("text in a number", PAIR, b"0.1,10,9", b"0.1,far,9", "bad.csv:3:5: column lead_speed_mps: expected a finite number, found \"far\"; leave the field empty if the value is missing"),
     ("infinite", PAIR, b"0.1,10,9", b"0.1,10,inf", "bad.csv:3:8: column speed_mps: expected a finite number, found \"inf\"; leave the field empty if the value is missing"),
     ("time going back", PAIR, b"0.2,10", b"0.05,10", "bad.csv:4:1: time_s: expected a time after 0.1, found 0.05; time runs back: sort the rows, or split the file here"),
@@ -88,24 +88,24 @@ const CASES: &[Case] = &[
     ("driving backwards", PAIR, b"0.1,10,9", b"0.1,10,-3", "bad.csv:3:8: column speed_mps: expected at least -0.5 m/s, found -3; speeds count forwards: check the sign, or leave the field empty"),
     ("truncated last line", PAIR, b"0.2,10,9,20.2\n", b"0.2,10,9", "bad.csv:4:1: expected 4 fields as in the header, found 3; the last line is cut off: delete it, or copy the file again"),
     ("decimal commas", PAIR, b"0.1,10,9,20.1", b"0,1,10,9,20,1", "bad.csv:3:1: expected 4 fields as in the header, found 6; write decimal numbers with a point, and no separator within a number"),
-    ("semicolons", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time_s;lead_speed_mps;speed_mps;spacing_m", "bad.csv:1:7: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file, or read it as it is by a column map (--columns) with separator = \"semicolon\"; decimal = \"comma\" there reads decimal commas"),
+    ("semicolons", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time_s;lead_speed_mps;speed_mps;spacing_m", "bad.csv:1:7: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file, or read it by a column map (--columns) with separator = \"semicolon\"; decimal = \"comma\" there reads decimal commas"),
     ("one row", PAIR, b"0.1,10,9,20.1\n0.2,10,9,20.2\n", b"", "bad.csv:2: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", PAIR, b"0,10,9,20\n0.1,10,9,20.1\n0.2,10,9,20.2\n", b"", "bad.csv:1: the file ends after its header; expected rows of numbers"),
-    ("misspelt column", PAIR, b"spacing_m", b"spacing", "bad.csv:1: column spacing_m is missing; the file has time_s, lead_speed_mps, speed_mps, spacing (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename spacing to spacing_m? Or read the table as it is with --columns (`leadlag list columns`)"),
+    ("misspelt column", PAIR, b"spacing_m", b"spacing", "bad.csv:1: column spacing_m is missing; the file has time_s, lead_speed_mps, speed_mps, spacing (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename spacing to spacing_m? Or read the table with --columns (`leadlag list columns`)"),
     ("misspelt optional column", PAIR, b"time_s,", b"lead_positon_m,time_s,", "bad.csv:1:1: column lead_positon_m is unknown; did you mean lead_position_m? Rename it"),
     ("column twice", PAIR, b"time_s,", b"speed_mps,time_s,", "bad.csv:1:33: column speed_mps appears twice; remove or rename one"),
-    ("two names of one's own", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"t,lead_speed_mps,speed_mps,Distance", "bad.csv:1: columns time_s and spacing_m are missing; the file has t, lead_speed_mps, speed_mps, Distance (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename t to time_s and Distance to spacing_m? Or read the table as it is with --columns (`leadlag list columns`)"),
-    ("names of one's own", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time,lead_speed,speed,spacing", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has time, lead_speed, speed, spacing; rename time to time_s, speed to speed_mps, spacing to spacing_m and lead_speed to lead_speed_mps? Or read the table as it is with --columns (`leadlag list columns`)"),
-    ("names that say km/h", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"Timestamp,LV_kmh,FV_kmh,Gap_m", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has Timestamp, LV_kmh, FV_kmh, Gap_m; rename Timestamp to time_s and Gap_m to spacing_m? Speeds are needed in m/s: divide LV_kmh and FV_kmh by 3.6, or give the unit in a map. Or read the table as it is with --columns (`leadlag list columns`)"),
-    ("other names of one's own", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time,v_lead,v_follow,gap", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has time, v_lead, v_follow, gap; rename time to time_s, v_follow to speed_mps, gap to spacing_m and v_lead to lead_speed_mps? Or read the table as it is with --columns (`leadlag list columns`)"),
-    ("other names of one's own, one of them in capitals", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"Time,v_lead,v_follow,gap", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has Time, v_lead, v_follow, gap; rename Time to time_s, v_follow to speed_mps, gap to spacing_m and v_lead to lead_speed_mps? Or read the table as it is with --columns (`leadlag list columns`)"),
+    ("two unknown names", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"t,lead_speed_mps,speed_mps,Distance", "bad.csv:1: columns time_s and spacing_m are missing; the file has t, lead_speed_mps, speed_mps, Distance (needed: time_s, speed_mps, spacing_m, lead_speed_mps); rename t to time_s and Distance to spacing_m? Or read the table with --columns (`leadlag list columns`)"),
+    ("unknown names", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time,lead_speed,speed,spacing", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has time, lead_speed, speed, spacing; rename time to time_s, speed to speed_mps, spacing to spacing_m and lead_speed to lead_speed_mps? Or read the table with --columns (`leadlag list columns`)"),
+    ("names that say km/h", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"Timestamp,LV_kmh,FV_kmh,Gap_m", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has Timestamp, LV_kmh, FV_kmh, Gap_m; rename Timestamp to time_s and Gap_m to spacing_m? Speeds are needed in m/s: divide LV_kmh and FV_kmh by 3.6, or give the unit in a map. Or read the table with --columns (`leadlag list columns`)"),
+    ("other names", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time,v_lead,v_follow,gap", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has time, v_lead, v_follow, gap; rename time to time_s, v_follow to speed_mps, gap to spacing_m and v_lead to lead_speed_mps? Or read the table with --columns (`leadlag list columns`)"),
+    ("other names, one of them in capitals", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"Time,v_lead,v_follow,gap", "bad.csv:1: columns time_s, speed_mps, spacing_m and lead_speed_mps are missing; the file has Time, v_lead, v_follow, gap; rename Time to time_s, v_follow to speed_mps, gap to spacing_m and v_lead to lead_speed_mps? Or read the table with --columns (`leadlag list columns`)"),
     ("one name that stands for something", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"frame,a,b,gap", "bad.csv:1: no known layout has the columns frame, a, b, gap; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`, or a file of your own)"),
     ("no header", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m\n", b"", "bad.csv:1: the header line is missing, the first line has numbers: 0, 10, 9, 20; put a line with the names of the columns before it, for a pair time_s,lead_speed_mps,speed_mps,spacing_m in the order of the file, or give them as header = [...] in a column map (--columns)"),
-    ("tabs", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time_s\tlead_speed_mps\tspeed_mps\tspacing_m", "bad.csv:1:7: the fields are separated by tabs; expected commas, and a point in decimal numbers: convert the file, or read it as it is by a column map (--columns) with separator = \"tab\"; decimal = \"comma\" there reads decimal commas"),
+    ("tabs", PAIR, b"time_s,lead_speed_mps,speed_mps,spacing_m", b"time_s\tlead_speed_mps\tspeed_mps\tspacing_m", "bad.csv:1:7: the fields are separated by tabs; expected commas, and a point in decimal numbers: convert the file, or read it by a column map (--columns) with separator = \"tab\"; decimal = \"comma\" there reads decimal commas"),
     ("one field too many", PAIR, b"0.1,10,9,20.1", b"0.1,10,9,20.1,7", "bad.csv:3:1: expected 4 fields as in the header, found 5; write decimal numbers with a point, and no separator within a number"),
     ("one field too few", PAIR, b"0.1,10,9,20.1", b"0.1,10,9", "bad.csv:3:1: expected 4 fields as in the header, found 3; complete the row (empty fields mean missing values), or delete it"),
     ("quoted decimal comma", PAIR, b"0.1,10,9", b"\"0,1\",10,9", "bad.csv:3:1: column time_s: expected a finite number, found \"0,1\"; write decimal numbers with a point"),
-    ("a word that nobody knows", PAIR, b"0.1,10,9", b"0.1,LOST,9", "bad.csv:3:5: column lead_speed_mps: expected a finite number, found \"LOST\"; leave the field empty if the value is missing"),
+    ("an unknown word", PAIR, b"0.1,10,9", b"0.1,LOST,9", "bad.csv:3:5: column lead_speed_mps: expected a finite number, found \"LOST\"; leave the field empty if the value is missing"),
     ("grade in per cent", PAIR, b"spacing_m\n0,10,9,20\n0.1,10,9,20.1\n0.2,10,9,20.2\n", b"spacing_m,sin_grade\n0,10,9,20,0\n0.1,10,9,20,3.5\n", "bad.csv:3:13: column sin_grade: expected the sine of the grade, between -0.5 and 0.5, found 3.5; divide by 100 if it is in per cent"),
     ("line ends of old Macs", PAIR, b"spacing_m\n0,10,9,20\n", b"spacing_m\r0,10,9,20\r", "bad.csv:1:42: a carriage return inside a line; expected line ends LF or CRLF: convert the line ends of the file"),
     ("latin-1 letter", PAIR, b"0.1,10,9", b"0.1,1\xE9,9", "bad.csv:3:6: byte 0xE9 is not text; expected CSV in UTF-8: convert the file, or unpack it if it is compressed"),
@@ -142,7 +142,7 @@ const CASES: &[Case] = &[
     ("one row", REBUILT, b"1.1,10,9,20.1\n1.2,10,9,20.2\n", b"", "bad.csv:7: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", REBUILT, b"1.0,10,9,20\n1.1,10,9,20.1\n1.2,10,9,20.2\n", b"", "bad.csv:6: the file ends after its header; expected rows of numbers"),
     ("wrong header", PROCESSED, b"Time,X1,X2,SpeedDoppler1,SpeedDoppler2,Accel1,Accel2,Spacing2", b"a,b,c,d,e,f,g,h", "bad.csv:1: no known layout has the columns a, b, c, d, e, f, g, h; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`, or a file of your own)"),
-    ("missing column", PROCESSED, b"Spacing2", b"Gap2", "bad.csv:1: column Spacing2 is missing; the file has Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Accel1, Accel2, Gap2 (needed: Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Spacing2); rename Gap2 to Spacing2? Or read the table as it is with --columns (`leadlag list columns`)"),
+    ("missing column", PROCESSED, b"Spacing2", b"Gap2", "bad.csv:1: column Spacing2 is missing; the file has Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Accel1, Accel2, Gap2 (needed: Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Spacing2); rename Gap2 to Spacing2? Or read the table with --columns (`leadlag list columns`)"),
     ("text in a number", PROCESSED, b"1.1,101,", b"1.1,x,", "bad.csv:3:5: column X1: expected a finite number, found \"x\"; leave the field empty if the value is missing"),
     ("infinite", PROCESSED, b"1.1,101,", b"1.1,1e999,", "bad.csv:3:5: column X1: expected a finite number, found \"1e999\"; leave the field empty if the value is missing"),
     ("time going back", PROCESSED, b"1.2,102", b"1.05,102", "bad.csv:4:1: Time: expected a time after 1.1, found 1.05; time runs back: sort the rows, or split the file here"),
@@ -152,11 +152,11 @@ const CASES: &[Case] = &[
     ("driving backwards", PROCESSED, b"1.1,101,76,10", b"1.1,101,76,-7", "bad.csv:3:12: column SpeedDoppler1: expected at least -0.5 m/s, found -7; speeds count forwards: check the sign, or leave the field empty"),
     ("truncated last line", PROCESSED, b"1.2,102,77,10,9,0,0,20.2\n", b"1.2,102,77", "bad.csv:4:1: expected 8 fields as in the header, found 3; the last line is cut off: delete it, or copy the file again"),
     ("decimal commas", PROCESSED, b"1.1,101,76,10,9,0,0,20.1", b"1,1,101,76,10,9,0,0,20,1", "bad.csv:3:1: expected 8 fields as in the header, found 10; write decimal numbers with a point, and no separator within a number"),
-    ("semicolons", PROCESSED, b"Time,X1,X2,SpeedDoppler1,SpeedDoppler2,Accel1,Accel2,Spacing2", b"Time;X1;X2;SpeedDoppler1;SpeedDoppler2;Accel1;Accel2;Spacing2", "bad.csv:1:5: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file, or read it as it is by a column map (--columns) with separator = \"semicolon\"; decimal = \"comma\" there reads decimal commas"),
+    ("semicolons", PROCESSED, b"Time,X1,X2,SpeedDoppler1,SpeedDoppler2,Accel1,Accel2,Spacing2", b"Time;X1;X2;SpeedDoppler1;SpeedDoppler2;Accel1;Accel2;Spacing2", "bad.csv:1:5: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file, or read it by a column map (--columns) with separator = \"semicolon\"; decimal = \"comma\" there reads decimal commas"),
     ("one row", PROCESSED, b"1.1,101,76,10,9,0,0,20.1\n1.2,102,77,10,9,0,0,20.2\n", b"", "bad.csv:2: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", PROCESSED, b"1.0,100,75,10,9,0,0,20\n1.1,101,76,10,9,0,0,20.1\n1.2,102,77,10,9,0,0,20.2\n", b"", "bad.csv:1: the file ends after its header; expected rows of numbers"),
     ("wrong header", ULTRA, b"Trajectory_ID,Time_Index,Speed_LV,Speed_FAV,Spatial_Gap", b"a,b,c,d,e", "bad.csv:1: no known layout has the columns a, b, c, d, e; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`, or a file of your own)"),
-    ("missing column", ULTRA, b"Spatial_Gap", b"Gap", "bad.csv:1: column Spatial_Gap is missing; the file has Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Gap (needed: Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spatial_Gap); rename Gap to Spatial_Gap? Or read the table as it is with --columns (`leadlag list columns`)"),
+    ("missing column", ULTRA, b"Spatial_Gap", b"Gap", "bad.csv:1: column Spatial_Gap is missing; the file has Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Gap (needed: Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spatial_Gap); rename Gap to Spatial_Gap? Or read the table with --columns (`leadlag list columns`)"),
     ("text in a number", ULTRA, b"0,0.2,10", b"0,0.2,ten", "bad.csv:3:7: column Speed_LV: expected a finite number, found \"ten\"; leave the field empty if the value is missing"),
     ("infinite", ULTRA, b"0,0.2,10", b"0,0.2,inf", "bad.csv:3:7: column Speed_LV: expected a finite number, found \"inf\"; leave the field empty if the value is missing"),
     ("time going back", ULTRA, b"0,0.3,10", b"0,0.15,10", "bad.csv:4:3: Time_Index: expected a time after 0.2, found 0.15; time runs back: sort the rows, or split the file here"),
@@ -166,10 +166,10 @@ const CASES: &[Case] = &[
     ("driving backwards", ULTRA, b"0,0.2,10", b"0,0.2,-9", "bad.csv:3:7: column Speed_LV: expected at least -0.5 m/s, found -9; speeds count forwards: check the sign, or leave the field empty"),
     ("truncated last line", ULTRA, b"1,0.1,10,9,20.3\n", b"1,0.1,10", "bad.csv:5:1: expected 5 fields as in the header, found 3; the last line is cut off: delete it, or copy the file again"),
     ("decimal commas", ULTRA, b"0,0.2,10,9,20.1", b"0,0,2,10,9,20,1", "bad.csv:3:1: expected 5 fields as in the header, found 7; write decimal numbers with a point, and no separator within a number"),
-    ("semicolons", ULTRA, b"Trajectory_ID,Time_Index,Speed_LV,Speed_FAV,Spatial_Gap", b"Trajectory_ID;Time_Index;Speed_LV;Speed_FAV;Spatial_Gap", "bad.csv:1:14: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file, or read it as it is by a column map (--columns) with separator = \"semicolon\"; decimal = \"comma\" there reads decimal commas"),
+    ("semicolons", ULTRA, b"Trajectory_ID,Time_Index,Speed_LV,Speed_FAV,Spatial_Gap", b"Trajectory_ID;Time_Index;Speed_LV;Speed_FAV;Spatial_Gap", "bad.csv:1:14: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file, or read it by a column map (--columns) with separator = \"semicolon\"; decimal = \"comma\" there reads decimal commas"),
     ("one row", ULTRA, b"0,0.2,10,9,20.1\n0,0.3,10,9,20.2\n1,0.1,10,9,20.3\n", b"", "bad.csv:2: expected at least 2 rows of numbers, found 1; a trajectory needs more"),
     ("header only", ULTRA, b"0,0.1,10,9,20\n0,0.2,10,9,20.1\n0,0.3,10,9,20.2\n1,0.1,10,9,20.3\n", b"", "bad.csv:1: the file ends after its header; expected rows of numbers"),
-    ("misspelt column", ULTRA, b"Spatial_Gap", b"Spacial_Gap", "bad.csv:1: column Spatial_Gap is missing; the file has Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spacial_Gap (needed: Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spatial_Gap); rename Spacial_Gap to Spatial_Gap? Or read the table as it is with --columns (`leadlag list columns`)"),
+    ("misspelt column", ULTRA, b"Spatial_Gap", b"Spacial_Gap", "bad.csv:1: column Spatial_Gap is missing; the file has Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spacial_Gap (needed: Trajectory_ID, Time_Index, Speed_LV, Speed_FAV, Spatial_Gap); rename Spacial_Gap to Spatial_Gap? Or read the table with --columns (`leadlag list columns`)"),
     ("missing column", GRADE, b"X,Y", b"X,Z", "bad.csv:1: column Y is missing; the file has X, Z (needed: X, Y)"),
     ("text in a number", GRADE, b"2.5,0.01", b"2.5,steep", "bad.csv:3:5: column Y: expected a finite number, found \"steep\"; give a number or delete the row"),
     ("missing value", GRADE, b"2.5,0.01", b"2.5,", "bad.csv:3:5: column Y: expected a finite number, found nothing; give a number or delete the row"),
@@ -187,7 +187,7 @@ const CASES: &[Case] = &[
     ("truncated last line", LABELS, b",4.464\n", b"", "bad.csv:2:1: expected 11 fields as in the header, found 10; the last line is cut off: delete it, or copy the file again"),
     ("semicolons", LABELS, b"File,type1,type2,type3,type4,type5,length1,length2,length3,length4,length5", b"File;type1;type2;type3;type4;type5;length1;length2;length3;length4;length5", "bad.csv:1:5: the fields are separated by semicolons; expected commas, and a point in decimal numbers: convert the file"),
     ("no time column", OPENACC, b"Time,", b"time,", "bad.csv:6: column Time is missing; the file has time, Speed1, E1, N1, Speed2, E2, N2, IVS1, Driver2 (needed: Time, Speed1, Speed2, IVS1); rename time to Time?"),
-    ("an underscore too many", PROCESSED, b"SpeedDoppler2", b"Speed_Doppler2", "bad.csv:1: column SpeedDoppler2 is missing; the file has Time, X1, X2, SpeedDoppler1, Speed_Doppler2, Accel1, Accel2, Spacing2 (needed: Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Spacing2); rename Speed_Doppler2 to SpeedDoppler2? Or read the table as it is with --columns (`leadlag list columns`)"),
+    ("an underscore too many", PROCESSED, b"SpeedDoppler2", b"Speed_Doppler2", "bad.csv:1: column SpeedDoppler2 is missing; the file has Time, X1, X2, SpeedDoppler1, Speed_Doppler2, Accel1, Accel2, Spacing2 (needed: Time, X1, X2, SpeedDoppler1, SpeedDoppler2, Spacing2); rename Speed_Doppler2 to SpeedDoppler2? Or read the table with --columns (`leadlag list columns`)"),
     ("spacing in mm", PAIR, b"20.1", b"20100", "bad.csv:3:10: column spacing_m: expected at most 10000 m in size, found 20100; check the unit, or leave the field empty"),
     ("absurd position", PROCESSED, b"1.1,101,", b"1.1,-4e9,", "bad.csv:3:5: column X1: expected at most 1000000000 m in size, found -4000000000; check the unit, or leave the field empty"),
 ];
@@ -226,7 +226,7 @@ fn gaps_that_are_not_above_0_count_as_missing_unless_all_are() {
         // Ultra-AV has a second trajectory, of which one row is left.
         let none = text.replace(",20", ",-20");
         let expected = format!(
-            "bad.csv:{place}: column {signal}: expected a spacing above 0 m, found -20, and none that is; check that it is \
+            "bad.csv:{place}: column {signal}: expected a spacing above 0 m, found -20, and none above 0; check that it is \
              bumper to bumper, and its sign"
         );
         let said = message(base.1, none.as_bytes());
@@ -263,7 +263,7 @@ fn a_follower_with_broken_values_does_not_cost_the_others() {
                     p.csv: follower 2 cannot be used; followers that can: 1";
     let error = prepare(&recording, 2, &Preparation::default()).expect_err("it is broken");
     assert_eq!(error.to_string(), expected);
-    assert!(inspect(&recording).to_string().contains("cannot be calibrated as it is: p.csv:22:17"));
+    assert!(inspect(&recording).to_string().contains("cannot be calibrated: p.csv:22:17"));
     // The speed of the car between two others is needed by both of their pairs.
     let both = text.replacen("2.0,10,10,10,20,far", "2.0,10,fast,10,20,30", 1);
     let said = message(Reader::Detect, both.as_bytes());
@@ -306,8 +306,8 @@ fn files_that_are_no_csv_at_all_are_refused_by_every_reader() {
     for reader in READERS {
         for (bytes, expected) in cases {
             let said = message(reader, bytes);
-            // What a column map could read is told so behind it.
-            let (said, more) = said.split_once(", or read it as it is by a column map").unwrap_or((&said, ""));
+            // For tables that a column map could read, the message continues with that hint.
+            let (said, more) = said.split_once(", or read it by a column map").unwrap_or((&said, ""));
             assert_eq!(said, expected, "{reader:?}");
             let is_measured = !matches!(reader, Reader::Grade | Reader::Labels);
             assert_eq!(more.contains("separator"), is_measured && bytes.contains(&b'\t'), "{reader:?}: {more}");
@@ -393,7 +393,7 @@ fn harmless_differences_are_accepted() {
         ("empty lines at the end", format!("{}\n,,,\n\n", PAIR.2)),
         ("trailing commas", PAIR.2.replace('\n', ",,\n")),
         (
-            "columns nobody knows",
+            "unknown columns",
             PAIR.2
                 .replace("spacing_m\n", "spacing_m,weather\n")
                 .replace("20.1\n", "20.1,rain\n")
@@ -534,7 +534,7 @@ speed = { name = "v", unit = "km/h" }
 gap = { name = "gap" }
 "#;
 
-/// A piece of the map, what replaces it, and the message.
+/// A piece of the map, its replacement, and the message.
 const MAPS: &[(&str, &str, &str)] = &[
     (
         "rows = \"vehicles\"",
@@ -566,7 +566,7 @@ const MAPS: &[(&str, &str, &str)] = &[
     (
         "{ name = \"car\" }",
         "{ name = \"car\", unit = \"m\" }",
-        "map.toml:5: id: expected no unit, for it is a name; found m",
+        "map.toml:5: id: expected no unit, because it is a name; found m",
     ),
     ("\"front\"", "[]", "map.toml:6: ahead: expected a name of a column, found none; write ahead = { name = \"...\" }"),
     ("\"front\"", "3", "map.toml:6:18: expected a name, or a list of names of which a file has one"),
@@ -578,12 +578,12 @@ const MAPS: &[(&str, &str, &str)] = &[
     (
         "gap = { name = \"gap\" }\n",
         "",
-        "map.toml: [columns] needs gap, or length with headway or position, found only time, id, ahead, speed; the bumper-to-bumper gap must follow from something; a length that is no column is a number, length = 4.6, or lead_length = 4.6 in a table of pairs",
+        "map.toml: [columns] needs gap, or length with headway or position, found only time, id, ahead, speed; the bumper-to-bumper gap must follow from something; a length without a column is a number, length = 4.6, or lead_length = 4.6 in a table of pairs",
     ),
     (
         "ahead = { name = \"front\" }\n",
         "",
-        "map.toml: [columns] needs ahead, or lane and position, found only time, id, speed, gap; every row must say whom the vehicle follows, or where the vehicle is",
+        "map.toml: [columns] needs ahead, or lane and position, found only time, id, speed, gap; every row must name the vehicle ahead, or give the place of the vehicle",
     ),
     (
         "{ name = \"t\" }",
@@ -634,12 +634,12 @@ const TABLES: &[(&str, &str, &str)] = &[
     (
         "1,b,a,72,20",
         "0,b,a,72,21",
-        "bad.csv:6: vehicle b is at 0 s for the second time, first in line 5, and the two rows differ; remove one of them, or name the column that tells recordings apart as group in the column map",
+        "bad.csv:6: vehicle b is at 0 s for the second time, first in line 5, and the two rows differ; remove one of them, or name the column that distinguishes recordings as group in the column map",
     ),
     (
         "0,b,a,72,20\n1,b,a,72,20\n2,b,a,72,20\n",
         "0,b,c,72,20\n",
-        "bad.csv:1: no vehicle of 2 follows another one of the table for 2 s, the longest for 0 s; is front the right column of the vehicle ahead?",
+        "bad.csv:1: none of 2 vehicles follows another one of the table for 2 s, the longest for 0 s; is front the right column of the vehicle ahead?",
     ),
     (
         "2,b,a,72,20",
@@ -672,7 +672,7 @@ fn every_broken_column_map_is_refused_with_its_exact_message() {
     for (given, expected) in [
         (
             "ngsm",
-            "no column map ngsm; shipped are ngsim, highd, exid, tgsim, i24-motion, waymo-pairs, fhwa-cav, sumo-fcd, a map of one's own ends in .toml; did you mean ngsim?",
+            "no column map ngsm; built in are ngsim, highd, exid, tgsim, i24-motion, waymo-pairs, fhwa-cav, sumo-fcd, your own map ends in .toml; did you mean ngsim?",
         ),
         ("nowhere.toml", "nowhere.toml: expected a readable column map"),
     ] {

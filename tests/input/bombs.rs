@@ -43,7 +43,7 @@ fn plain() -> WriterProperties {
     WriterProperties::builder().build()
 }
 
-/// The rows of a file, or what is said of it with all causes.
+/// The rows of a file, or its error with all causes.
 fn read(name: &str, file: &[u8]) -> Result<usize, String> {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join(name);
@@ -131,7 +131,7 @@ fn a_page_is_not_believed_what_it_claims() {
     }
 }
 
-/// The library makes room for as many lengths as the page says, and ends the program where there is none.
+/// The library allocates as many lengths as the page declares, and aborts the program without that memory.
 #[test]
 fn text_by_its_changes_is_refused() {
     for encoding in [Encoding::DELTA_BYTE_ARRAY, Encoding::DELTA_LENGTH_BYTE_ARRAY] {
@@ -140,7 +140,7 @@ fn text_by_its_changes_is_refused() {
             .set_column_encoding("car".into(), encoding)
             .build();
         let file = table::<ByteArrayType>("binary car (UTF8)", ByteArray::from("D01"), properties);
-        is_refused("text.parquet", &file, "which is not read; expected text as it is, or by a dictionary");
+        is_refused("text.parquet", &file, "which leadlag does not read; expected plain or dictionary encoding");
     }
 }
 

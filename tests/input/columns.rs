@@ -122,7 +122,7 @@ fn both_directions_of_a_motorway_are_the_same_drive() {
     }
 }
 
-/// exiD: frames of 25 Hz, velocities along the lane, who is ahead and how far by columns of their own.
+/// exiD: frames of 25 Hz, velocities along the lane, the vehicle ahead and its distance by separate columns.
 #[test]
 fn a_table_of_lanes_that_curve_is_read_by_its_own_gap() {
     let mut text =
@@ -142,12 +142,12 @@ fn a_table_of_lanes_that_curve_is_read_by_its_own_gap() {
     let trajectory = only(&read(&text, "exid"));
     assert_eq!((trajectory.len(), trajectory.dt, trajectory.name.as_str()), (500, 0.04, "vehicle 5"));
     assert_is_drive(&trajectory, 0.0, 2e-4);
-    // Of inD, which has the same columns but for who is ahead.
+    // Of inD, which has the same columns except for the vehicle ahead.
     let ind = text.replace("leadDHW", "a").replace("leadId", "b");
     assert!(refused(&ind, examples("exid").as_str()).contains("inD and rounD do not name the vehicle ahead"));
 }
 
-/// I-24 MOTION as a table: rears in feet, both directions, lanes and speeds added; nobody says who is ahead.
+/// I-24 MOTION as a table: rears in feet, both directions, lanes and speeds added; no column names the vehicle ahead.
 #[test]
 fn a_table_of_rears_in_both_directions_is_read() {
     for sign in [1.0, -1.0] {
@@ -222,7 +222,7 @@ fn examples(name: &str) -> String {
     (*text).to_owned()
 }
 
-/// What is measured of the vehicle ahead is its rear on the one side of the road and its front on the other one.
+/// The measured point of the vehicle ahead is its rear on one side of the road and its front on the other one.
 #[test]
 fn another_length_of_the_vehicle_ahead_leaves_the_follower_its_own() {
     for (sign, shorter) in [(1.0, 0.0), (-1.0, 6.0 - LENGTHS[0])] {
@@ -235,7 +235,7 @@ fn another_length_of_the_vehicle_ahead_leaves_the_follower_its_own() {
     }
 }
 
-/// Positions fall, speeds have no sign: where the first position is missing, the second one tells.
+/// Positions fall, speeds have no sign: where the first position is missing, the second one decides.
 #[test]
 fn a_missing_position_does_not_turn_a_vehicle_round() {
     let map = "rows = \"vehicles\"\ndirection = \"by-position\"\nnobody = [\"0\"]\n[columns]\n\
@@ -282,7 +282,7 @@ fn a_missing_position_on_a_ring_is_missing_once() {
 #[test]
 fn a_change_of_lane_or_of_the_vehicle_ahead_ends_a_pair() {
     let mut rows: Vec<String> = highd(1.0).lines().map(str::to_owned).collect();
-    // The second vehicle's rows are 501 to 1000: the lane changes at its frame 201, nobody is ahead from frame 401.
+    // The second vehicle's rows are 501 to 1000: the lane changes at its frame 201, no vehicle is ahead from frame 401.
     for row in &mut rows[701..901] {
         row.replace_range(row.len() - 1.., "3");
     }
@@ -321,7 +321,7 @@ fn a_table_of_many_pairs_is_shown_by_its_longest() {
 #[test]
 fn followers_are_chosen_by_their_id() {
     let mut recording = read(&ngsim(), "ngsim");
-    assert!(!recording.keep_follower("7"), "vehicle 7 follows nobody");
+    assert!(!recording.keep_follower("7"), "vehicle 7 follows no other");
     assert_eq!(recording.platoons.len(), 1);
     assert!(recording.keep_follower("8"));
 }
@@ -430,7 +430,7 @@ fn noise_is_not_taken_for_a_wrong_unit() {
     read_mapped_from(noisy.as_bytes(), "table.txt", &map).unwrap_or_else(|error| panic!("{error}"));
 }
 
-/// What a table read by a map is refused with.
+/// Error of a table read by a map.
 fn refused(text: &str, map: &str) -> String {
     let map = ColumnMap::parse(map, "map.toml").unwrap_or_else(|error| panic!("{error}"));
     read_mapped_from(text.as_bytes(), "table.csv", &map).expect_err("a wrong unit").to_string()
@@ -449,16 +449,16 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             pairs(FOOT),
             PAIRS.replace("\"ft\"", "\"m\""),
             "table.csv:1: columns hw (m) and v (km/h) contradict each other: the first changes 3.281 times as much as the \
-             second says; 3.2808 is feet per metre: check both units in the column map; check_units = false there takes \
-             them as they are",
+             second implies; 3.2808 is feet per metre: check both units in the column map; check_units = false there accepts \
+             them unchanged",
         ),
         (
             "a gap in metres called feet",
             pairs(1.0),
             PAIRS.to_owned(),
             "table.csv:1: columns hw (ft) and v (km/h) contradict each other: the first changes 0.305 times as much as the \
-             second says; 1/3.2808 is the inverse of feet per metre: check both units in the column map; check_units = \
-             false there takes them as they are",
+             second implies; 1/3.2808 is the inverse of feet per metre: check both units in the column map; check_units = \
+             false there accepts them unchanged",
         ),
         (
             "times in seconds called milliseconds",
@@ -483,16 +483,16 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             ngsim(),
             ngsim_map.replace("\"Local_Y\", unit = \"ft\"", "\"Local_Y\", unit = \"m\""),
             "table.csv:1: columns Local_Y (m) and v_Vel (ft/s) contradict each other: the first changes 3.282 times as \
-             much as the second says; 3.2808 is feet per metre: check both units, and the unit of time or frame_rate_hz, \
-             in the column map; check_units = false there takes them as they are",
+             much as the second implies; 3.2808 is feet per metre: check both units, and the unit of time or frame_rate_hz, \
+             in the column map; check_units = false there accepts them unchanged",
         ),
         (
             "a wrong frame rate",
             highd(1.0),
             highd_map.replace("frame_rate_hz = 25", "frame_rate_hz = 10"),
             "table.csv:1: columns x (m) and xVelocity (m/s) contradict each other: the first changes 0.400 times as much \
-             as the second says; 1/2.5000 is the inverse of 25 frames per second taken for 10: check both units, and the \
-             unit of time or frame_rate_hz, in the column map; check_units = false there takes them as they are",
+             as the second implies; 1/2.5000 is the inverse of 25 frames per second taken for 10: check both units, and the \
+             unit of time or frame_rate_hz, in the column map; check_units = false there accepts them unchanged",
         ),
         (
             "the wrong direction",
@@ -511,7 +511,7 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             assert_eq!(first, expected, "{what}");
         }
     }
-    // The way out, for who knows better.
+    // The remedy for a user who knows better.
     let unchecked = PAIRS.replace("\"ft\"", "\"m\"").replace("rows =", "check_units = false\nrows =");
     let map = ColumnMap::parse(&unchecked, "map.toml").unwrap();
     assert!(read_mapped_from(pairs(FOOT).as_bytes(), "table.csv", &map).is_ok());

@@ -1,4 +1,4 @@
-//! Faults of tables and drives, each planted: what is read in spite of them, and what is said.
+//! Faults of tables and drives, each planted: the rows that are read nevertheless, and the messages.
 
 use leadlag::internal::trajectory::import::{self, ColumnMap, read_mapped_from};
 use leadlag::internal::trajectory::{Preparation, Recording, prepare};

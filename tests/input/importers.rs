@@ -1,4 +1,4 @@
-//! Every file of the shared data is read, with the figures of its README; and what preparation does to made-up files.
+//! Every file of the shared data is read, with the figures of its README; and preparation of synthetic files.
 
 use crate::common;
 use leadlag::internal::trajectory::import::{self, Layout};
@@ -292,7 +292,7 @@ fn openacc_columns_come_in_any_order_with_names_modes_and_gaps() {
     let names: Vec<&str> = platoon.cars.iter().map(|car| car.name.as_str()).collect();
     assert_eq!(names, ["Alpha", "Beta", "Gamma"]);
     let trajectory = only(&recording, 2, &Preparation::default());
-    // A human drives the first second, which is no part of what the controller drives.
+    // A human drives the first second, which does not belong to the controller.
     assert_eq!(trajectory.driver(), Some("ACC"));
     assert_near("begins", trajectory.t[0], 501.0, 1e-6);
     let lines: Vec<String> = trajectory.notes.iter().map(Note::to_string).collect();
@@ -478,7 +478,7 @@ fn stretches_too_short_are_dropped_and_said() {
 
 #[test]
 fn gap_and_speeds_are_reconciled_either_way() {
-    // The gap grows by 0.6 m/s, the speeds say 0.5 m/s: a drift of 0.1 m per 9.5 m driven.
+    // The gap grows by 0.6 m/s, by the speeds it should by 0.5 m/s: a drift of 0.1 m per 9.5 m driven.
     let mut text = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
     for t in tenths(0..101) {
         text += &format!("{t},10,9.5,{}\n", 20.0 + 0.6 * t);
@@ -525,7 +525,7 @@ fn leader_length_and_start_can_be_given() {
     assert_eq!(trajectory.len_l, 4.5);
 }
 
-/// What is said of a gap is what `inspect` says of it, and of the window that is used.
+/// The message about a gap is that of `inspect`, for the window in use.
 #[test]
 fn a_gap_that_contradicts_the_speeds_is_noted_where_it_is_used() {
     let rows: Vec<String> = steady(tenths(0..200)).lines().map(str::to_owned).collect();
@@ -546,7 +546,7 @@ fn a_gap_that_contradicts_the_speeds_is_noted_where_it_is_used() {
     assert_eq!(noted(Some(8.0)), None, "the rest of the file is sound");
 }
 
-/// Of a file with a hole, each segment is judged by itself.
+/// Of a file with a hole, each segment is judged separately.
 #[test]
 fn a_sound_segment_is_not_blamed_for_a_broken_one() {
     let steady = steady(tenths(0..1200));
@@ -563,7 +563,7 @@ fn a_sound_segment_is_not_blamed_for_a_broken_one() {
     assert_eq!(trajectories.iter().map(is_noted).collect::<Vec<_>>(), [true, false]);
 }
 
-/// A hill that nobody has placed lies at the same metre of the drive, whichever window is looked at.
+/// A hill without a known place lies at the same metre of the drive in every window.
 #[test]
 fn an_assumed_start_counts_from_the_first_row_of_the_file() {
     let recording = pair_file(&steady(tenths(0..100)));

@@ -1,4 +1,4 @@
-//! Files that are read: sound ones, broken ones, and what is said about them.
+//! Files that are read: sound ones, broken ones, and their messages.
 
 #[path = "../common/all_steps.rs"]
 mod all_steps;

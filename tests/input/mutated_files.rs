@@ -1,6 +1,6 @@
 //! Sound files of every layout, broken in a hundred ways: each is refused with its place, or every step takes it.
 //!
-//! `LEADLAG_FUZZ_SECONDS=600` breaks files for so long per test; without it a second has to do. (fuzz/ has targets that learn from
+//! `LEADLAG_FUZZ_SECONDS=600` breaks files for that time per test; by default a second. (fuzz/ has targets that learn from
 //! coverage.)
 
 use crate::all_steps;
@@ -22,7 +22,7 @@ const ALL: &[&[u8]] = &[OPENACC, REBUILT, PROCESSED, ULTRA_AV, PAIR];
 
 /// No file of this size may take longer, whatever is in it: such a one takes milliseconds.
 const LONGEST: Duration = Duration::from_secs(10);
-/// What a number may be put in place by.
+/// Replacements of a number.
 const FIELDS: &[&str] = &[
     "",
     " ",
@@ -51,7 +51,7 @@ const FIELDS: &[&str] = &[
     "0.1",
     "0.30000000000000004",
 ];
-/// What a file may have anywhere.
+/// Bytes that may occur anywhere in a file.
 const PIECES: &[&str] = &[
     ",", ";", "\t", "\n", "\r", "\r\n", "\n\n", "\0", "#", "\"", "=", "[", "]", "{", "}", ".", "-", "e", "\u{2028}",
     "1",
@@ -61,7 +61,7 @@ const PIECES: &[&str] = &[
 struct Vandal(ChaCha8Rng);
 
 impl Vandal {
-    /// 0 where there is nothing below.
+    /// 0 if there is nothing below.
     fn below(&mut self, end: usize) -> usize {
         self.0.random_range(0..end.max(1))
     }
@@ -140,12 +140,12 @@ fn piece(file: &[u8], at: usize, ends: impl Fn(u8) -> bool) -> std::ops::Range<u
     start..end
 }
 
-/// Has files broken for as long as is asked for; `read` tells whether one is still taken.
+/// Breaks files for the requested time; `read` returns whether one is still accepted.
 fn attack(read: impl Fn(&mut Vandal) -> bool + Sync) {
     let seconds = std::env::var("LEADLAG_FUZZ_SECONDS").map_or(1, |seconds| seconds.parse().expect("a number"));
     let (began, mut count, mut taken, mut longest) = (Instant::now(), 0_u64, 0_u64, Duration::ZERO);
     while began.elapsed() < Duration::from_secs(seconds) {
-        // Many to a thread, with its seed as a name, so that a panic tells which ones.
+        // Many to a thread, with its seed as a name, so that a panic shows which ones.
         let work = || {
             let mut vandal = Vandal(ChaCha8Rng::seed_from_u64(count));
             let timed = |_| {
@@ -169,7 +169,7 @@ fn attack(read: impl Fn(&mut Vandal) -> bool + Sync) {
     assert!(taken > 0 && taken < count, "{taken} of {count} files are taken");
 }
 
-/// Files of a layout, read as of this layout, or as of whatever the header says.
+/// Files of a layout, read as this layout, or by their header.
 fn layout(of: &[&[u8]], layout: Option<&str>) {
     attack(|vandal| all_steps::run(&vandal.broken(of), layout));
 }
@@ -297,7 +297,7 @@ fn broken_column_maps_and_tables() {
     });
 }
 
-/// The footer, which says where everything is, is broken more often than the pages.
+/// The footer, which has the places of everything, is broken more often than the pages.
 #[test]
 fn broken_parquet_tables() {
     use parquet::basic::{Compression, ZstdLevel};

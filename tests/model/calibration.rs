@@ -1,4 +1,4 @@
-//! Calibration: the paper's genetic algorithm reaches what the authors' reaches, and known parameters are found again.
+//! Calibration: the paper's genetic algorithm reaches the authors' scores, and known parameters are found again.
 
 use crate::common;
 use crate::common::made_up::{self, Way};
@@ -88,7 +88,7 @@ fn truth(variant: &Variant) -> Parameters {
     parameters
 }
 
-/// A trajectory that the variant itself drove: its own parameters score 0, whatever the variant.
+/// A trajectory simulated with the variant itself: its own parameters score 0, for every variant.
 fn driven_by(variant: Variant, convention: Convention, vehicle: &Vehicle) -> Case {
     let n = leader().len();
     let mut start = trajectory(leader(), integrate(0.0, &vec![20.0; n], 0.1), vec![20.0; n]);
@@ -100,7 +100,7 @@ fn driven_by(variant: Variant, convention: Convention, vehicle: &Vehicle) -> Cas
     let mut driven = trajectory(leader(), trace.x, trace.v);
     driven.grade = start.grade;
     let mut case = Case::new(&driven, variant, Some(vehicle), convention, 0.8).unwrap();
-    // The acceleration at the first sample cannot be told from speeds; the drive began without.
+    // Speeds do not determine the acceleration at the first sample; the drive began without.
     let mut a_f = case.a_f.to_vec();
     a_f[0] = 0.0;
     case.a_f = a_f.into();
@@ -135,7 +135,7 @@ fn own_drive(name: &str, free: &[Symbol]) -> (Case, Parameters, SearchSpace) {
     (case, truth, space)
 }
 
-/// By every optimiser, and by the default one with an end of its own: a perfect fit has a score of nearly 0, a share of which is nothing.
+/// By every optimiser, and by the default one with another end: a perfect fit has a score of nearly 0, of which any share is negligible.
 #[test]
 fn known_parameters_are_found_again() {
     use OptimizerKind::{Auto, Cmaes, Ga, Lshade};
@@ -179,7 +179,7 @@ fn known_parameters_are_found_again() {
     }
 }
 
-/// An evaluator whose rough scores are others than those of the drive as long as it is told so; exact ones come from elsewhere.
+/// An evaluator whose approximate scores differ from those of the drive on request; exact ones come from elsewhere.
 struct Rough {
     inner: Lanes,
     told: fn(f64) -> f64,
@@ -191,7 +191,7 @@ struct Rough {
 
 impl Rough {
     fn new(case: Case, told: fn(f64) -> f64) -> Rough {
-        // A measure that is no sum of norms, so that the search goes by scores alone.
+        // A measure that is not a sum of norms, so that the search uses scores alone.
         let gof = "u-sva".parse().expect("a measure");
         let inner = Lanes::new(vec![case], gof, LanesPrecision::Plain).expect("lanes");
         let other = Arc::new(AtomicBool::new(true));
@@ -270,8 +270,8 @@ fn a_curve_and_a_target_are_of_the_score_that_is_reported() {
     }
 }
 
-/// The first two rounds are told numbers without sense, so that they end somewhere. The next ones are not, and are stopped before their finds
-/// are told exactly.
+/// The first two rounds receive meaningless numbers, so that they end somewhere. The next ones do not, and are stopped before their results
+/// receive exact scores.
 #[test]
 fn a_search_stopped_in_a_later_round_keeps_what_that_has_found() {
     let (case, _, space) = own_drive("idm", &FREE);
@@ -356,7 +356,7 @@ fn a_joint_score_counts_on_through_the_cases() {
     assert_eq!(failed(score([whole(0.1, 5), crash(10)])), 1010);
 }
 
-/// An evaluator that takes runs which end early for the best ones, as f32 does at the edge of what is feasible, only more often.
+/// An evaluator that ranks runs which end early as the best ones, as f32 does at the edge of the feasible region, only more often.
 struct Rash {
     inner: Reference,
     /// Failed runs that it gave a score.
@@ -397,12 +397,12 @@ impl Evaluator for Rash {
     }
 }
 
-/// Whoever the reference is asked about in place of the best candidate is simulated, and counts.
+/// A candidate that the reference checks in place of the best one is simulated, and counts.
 #[test]
 fn candidates_asked_in_place_of_the_best_are_counted() {
     let variant = Variant::from_id(37).unwrap();
     let case = driven_by(variant, Convention::PAPER, &bmw());
-    // Whoever wants to be far ahead of the car in front runs into it.
+    // A car that wants to be far ahead of the car in front collides with it.
     let overrides = Overrides::from([("d_0".to_owned(), [-100.0, 5.0])]);
     let space = SearchSpace::new(&variant, None, Convention::PAPER, &overrides).unwrap();
     let mut evaluator = Rash { inner: Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA), failed: 0 };
@@ -417,7 +417,7 @@ fn candidates_asked_in_place_of_the_best_are_counted() {
 /// An evaluator with which every run of some of the replicates seems to end early.
 struct Unlucky {
     inner: Reference,
-    /// The replicates, which all go on for as long.
+    /// The replicates, which all run equally long.
     replicates: Vec<usize>,
     /// Their candidates among those of the generation under way.
     own: Vec<Range<usize>>,
@@ -484,13 +484,13 @@ fn a_replicate_that_finds_nothing_leaves_the_others_as_they_are() {
     assert_eq!(nothing.evaluations, undisturbed[1].evaluations, "what failed counts");
     assert_eq!(nothing.candidate.len(), found[0].candidate.len());
     assert_ne!(best(&found).unwrap().number, 1);
-    let error = three_replicates(&[0, 1, 2], go_on).expect_err("nobody has a result");
+    let error = three_replicates(&[0, 1, 2], go_on).expect_err("no replicate has a result");
     assert!(matches!(error, CalibrateError::Infeasible { replicate: 0, .. }), "{error}");
 }
 
 #[test]
 fn a_progress_that_breaks_once_ends_every_replicate() {
-    // At the second replicate's first generation: the first was told before, the third after it.
+    // At the second replicate's first generation: the first received its scores before, the third after it.
     let mut told = 0;
     let found = three_replicates(&[], &mut |_| {
         told += 1;

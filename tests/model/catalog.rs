@@ -125,7 +125,7 @@ fn names_and_ids_are_read_back() {
     }
     assert!(said("cth").ends_with("did you mean `l-cth`?"), "{}", said("cth"));
     assert!(said("idm+dely").ends_with("did you mean `delay`?"), "{}", said("idm+dely"));
-    // Two base models are none, whichever is meant.
+    // Two base models are invalid, in any order.
     assert!(!said("gipps+cth").contains("did you mean") && !said("l-cth+idm").contains("did you mean"));
     for name in
         ["", "idm+", "idm+delay+delay", "idm+linear+nonlinear", "idm+mfc+constant", "delay", "idm linear", "0", "1000"]

@@ -1,4 +1,4 @@
-//! Every cause on every law: it runs, or it is said which parameter the law lacks.
+//! Every cause on every law: it runs, or the message names the parameter that the law lacks.
 
 use crate::common::extended::{case, spread};
 use leadlag::internal::catalog::Variant;
@@ -44,7 +44,7 @@ fn half_equilibrium(own: Parameters, v: f32) -> f32 {
 }
 ";
 
-/// One that commands a speed, and has what causes change.
+/// A law that commands a speed, and has all members that causes change.
 const WHOLE: &str = "struct Parameters {
     d_0: f32,
     t_h: f32,
@@ -101,7 +101,7 @@ fn refusal(law: &'static Extension, cause: &'static Extension) -> Option<String>
     None
 }
 
-/// What an extension needs is read from its text, that of a law included: nothing is listed by hand.
+/// The requirements of an extension are read from its text, and those of a law, too: nothing is listed by hand.
 #[test]
 fn what_a_cause_needs_follows_from_its_text() {
     for (body, expected) in [

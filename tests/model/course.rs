@@ -132,7 +132,7 @@ fn a_grade_column_of_stop_and_go_traffic_fits_a_table() {
     }
 }
 
-/// A device that works for some generations and then is gone.
+/// A device that works for some generations and then is lost.
 struct Failing {
     inner: Reference,
     generations: u32,
@@ -212,7 +212,7 @@ fn what_was_under_way_when_a_device_failed_is_not_lost() {
         });
         assert_eq!(scored(&mut Fallback::new(failing, replace), 1), expected, "lost after {generations} generations");
     }
-    // Wrong use is no reason to go elsewhere, and does not use up the second evaluator.
+    // Wrong use does not switch the evaluator, and does not use up the second one.
     let failing = Box::new(Failing { inner: reference, generations: 0, gone: true });
     let replace = |error: &EvaluateError, cases| {
         assert!(matches!(error, EvaluateError::Adapter { .. }), "{error}");

@@ -24,7 +24,7 @@ pub struct Function {
 }
 
 impl Function {
-    /// Its own number of dimensions, else the one that is wanted.
+    /// Its own number of dimensions, otherwise the requested one.
     pub fn dimensions(&self, wanted: usize) -> usize {
         self.only.unwrap_or(wanted)
     }

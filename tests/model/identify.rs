@@ -1,4 +1,4 @@
-//! What a calibration tells besides the optimum: intervals hold the truth as often as they say, and say so where data are silent.
+//! Intervals of a calibration: they contain the truth as often as they claim, and are absent where the data do not determine a parameter.
 
 use crate::common::made_up::{self, Way};
 use leadlag::internal::calibrate::{Calibration, Overrides, SearchSpace, Stop, calibrate};
@@ -35,7 +35,7 @@ fn noise(n: usize, rho: f64, seed: u64) -> Vec<f64> {
 const TRUTH: [f64; 6] = [4.0, 33.0, 2.5, 1.2, 1.5, -2.0];
 
 /// A follower that the IDM drives behind a busy leader, disturbed by `sigma` [m/s²]: the disturbance acts on the car, so that the
-/// driver sees and answers what it does, as in traffic.
+/// driver perceives and corrects its effect, as in traffic.
 fn drive(samples: usize, sigma: f64, seed: u64) -> Trajectory {
     let [delta, v_0, d_0, t_h, a_max, a_min] = TRUTH;
     let dt = 0.1;
@@ -59,7 +59,7 @@ fn drive(samples: usize, sigma: f64, seed: u64) -> Trajectory {
     made_up::trajectory(label, dt, Way { x: x_l, v: v_l }, Way { x: x_f, v: v_f })
 }
 
-/// Calibrates the IDM with these parameters free within bounds, and asks how well they are known.
+/// Calibrates the IDM with these parameters free within bounds, and computes their intervals.
 fn known(
     trajectory: &Trajectory,
     free: &[(&str, [f64; 2])],
@@ -101,7 +101,7 @@ fn intervals_hold_the_truth_as_often_as_they_say() {
             assert!(lower <= found && found <= upper);
             let inside = |lower: f64, upper: f64| i32::from(lower <= truth && truth <= upper);
             held += inside(lower, upper);
-            // As wide as if every sample told something new.
+            // As wide as if every sample were independent.
             let share = (k.effective_samples / 5000.0).sqrt();
             naively += inside(found - share * (found - lower), found + share * (upper - found));
             all += 1;
@@ -129,7 +129,7 @@ fn intervals_scale_with_noise_and_data() {
     assert!((0.33..0.75).contains(&(long / base)), "{long} and {base}");
 }
 
-/// Far below the desired speed nothing tells it: both ends are the bounds. The truth outside the bounds: the parameter lies on one,
+/// Far below the desired speed nothing determines it: both ends are the bounds. The truth outside the bounds: the parameter lies on one,
 /// which is the open end.
 #[test]
 fn what_data_do_not_tell_is_left_open() {
@@ -146,7 +146,7 @@ fn what_data_do_not_tell_is_left_open() {
     assert!(t_h.interval[1] < 2.0, "{t_h:?}");
 }
 
-/// A candidate beside the minimum has no intervals, and the reason is told.
+/// A candidate beside the minimum has no intervals, and gives the reason.
 #[test]
 fn a_candidate_beside_the_minimum_is_called_so() {
     let trajectory = drive(1500, 0.2, 4);
@@ -156,7 +156,7 @@ fn a_candidate_beside_the_minimum_is_called_so() {
     assert!(knowledge.parameters.is_empty() && knowledge.note.is_some_and(|note| note.contains("not at a minimum")));
 }
 
-/// Desired spacing is d_0 + t_h v: where speeds vary little, one makes up for the other.
+/// Desired spacing is d_0 + t_h v: if speeds vary little, one compensates for the other.
 #[test]
 fn near_optimal_candidates_show_what_makes_up_for_what() {
     let trajectory = drive(1500, 0.2, 5);

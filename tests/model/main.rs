@@ -1,4 +1,4 @@
-//! What is computed before any two evaluators are compared: the catalog, the reference, searches, what identifies a parameter, the plant.
+//! Tests that need no two evaluators: the catalog, the reference, searches, identification of parameters, the plant.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -40,7 +40,7 @@ fn gains(noise: &Noise, dt: f64) -> [[f64; 2]; 3] {
     k
 }
 
-/// Innovations (r_s, r_v) and states (s, v_f, d) from sample 1 on: predicted with the model and d, corrected by what was measured.
+/// Innovations (r_s, r_v) and states (s, v_f, d) from sample 1 on: predicted with the model and d, corrected by the measurement.
 fn observed(
     case: &Case,
     k: &[[f64; 2]; 3],
@@ -114,7 +114,7 @@ fn a_scalar_observer_from_the_formulas_sees_the_same() {
                 }
                 largest = largest.max(r[0].abs());
             }
-            // There is something to correct.
+            // There is a correction.
             assert!(largest > 0.001, "{base} {noise:?}: innovations of at most {largest} m");
         }
     }

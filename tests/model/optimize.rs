@@ -13,7 +13,7 @@ fn space(dimensions: usize) -> SearchBox {
     SearchBox { lower: vec![-5.0; dimensions], upper: vec![10.0; dimensions] }
 }
 
-/// Every optimiser by name, for so many evaluations.
+/// Every optimiser by name, for this many evaluations.
 fn make(name: &str, space: SearchBox, evaluations: u64, seed: u64, replicate: u64) -> Box<dyn Optimizer> {
     let (n, origin) = (space.dimensions(), Origin::new(seed, replicate));
     match name {
@@ -32,7 +32,7 @@ fn minimise(optimizer: &mut dyn Optimizer, evaluations: u64, merit: &dyn Fn(&[f6
     let mut used = 0;
     while optimizer.ended().is_none() {
         let asked = optimizer.ask();
-        assert!(!asked.is_empty(), "an optimiser that goes on asks for something");
+        assert!(!asked.is_empty(), "an optimiser that continues asks for something");
         if used + asked.len() as u64 > evaluations {
             break;
         }
@@ -52,7 +52,7 @@ fn value(member: &Member) -> f64 {
 /// Value found above the minimum, and evaluations.
 fn error_on(function: &Function, name: &str, n: usize, evaluations: u64, seed: u64) -> (f64, u64) {
     let mut optimizer = make(name, function.space(n), evaluations, seed, 0);
-    // Those that end by themselves are not held.
+    // Those that end without a request are not held.
     let most = if ["lshade", "auto"].contains(&name) { u64::MAX } else { evaluations };
     let used = minimise(optimizer.as_mut(), most, &|x| Merit::Feasible(function.value(x)));
     (value(optimizer.best().expect("told")) - function.minimum(n), used)
@@ -121,7 +121,7 @@ fn lshade_and_cmaes_find_the_minima() {
     }
 }
 
-/// The genetic algorithm has no local search: it comes near, and no nearer. If it did not, the others' tests would say nothing.
+/// The genetic algorithm has no local search: it comes near, and not nearer. Otherwise the others' tests would show nothing.
 #[test]
 fn the_genetic_algorithm_is_kept_as_it_was() {
     let (error, _) = error_on(&functions::RASTRIGIN, "ga", 3, 30_000, 1);
@@ -260,7 +260,7 @@ fn a_minimum_on_a_bound_is_found_there() {
     }
 }
 
-/// Most of the box is infeasible, and the minimum lies on the border of what is feasible.
+/// Most of the box is infeasible, and the minimum lies on the border of the feasible region.
 #[test]
 fn a_minimum_on_the_border_of_the_feasible_is_found() {
     let merit = |x: &[f64]| {
@@ -360,7 +360,7 @@ fn the_populations_of_restarts_are_those_of_the_paper() {
     assert!(between > 10, "the populations drawn are used");
 }
 
-/// Rough merits are off by a millionth, as f32 is: auto reports what exact merits say.
+/// Approximate merits are off by a millionth, as f32 is: auto reports exact merits.
 #[test]
 fn auto_polishes_on_exact_merits() {
     let exact = |x: &[f64]| 1.0 + x.iter().map(|x| (x - 1.0).powi(2)).sum::<f64>();
@@ -402,7 +402,7 @@ fn stopped_in_a_deeper_basin() -> Auto {
     }
 }
 
-/// What a later round has found but not been told exactly is no result yet, but not forgotten either.
+/// A result of a later round without an exact score is no result yet, but not forgotten either.
 #[test]
 fn a_later_round_in_a_deeper_basin_is_a_rival_of_the_best() {
     let auto = stopped_in_a_deeper_basin();
@@ -411,7 +411,7 @@ fn a_later_round_in_a_deeper_basin_is_a_rival_of_the_best() {
     assert!(value(rival) < 1.9, "{rival:?}");
 }
 
-/// On the edge of what is feasible rough merits may be where exact ones are not.
+/// On the edge of the feasible region approximate merits may be feasible where exact ones are not.
 #[test]
 fn the_best_is_feasible_if_only_by_rough_merits() {
     let mut auto = Auto::new(space(2), AutoSettings::new(2, 20_000), Origin::new(1, 0));
@@ -428,8 +428,8 @@ fn the_best_is_feasible_if_only_by_rough_merits() {
     assert_eq!(auto.ended(), Some(Ended::Spent), "rounds agree by exact merits only");
 }
 
-/// Two basins, the smaller one deeper: rounds that end in the same one are enough, and where they do not, others follow; what is
-/// reported then is the deeper one.
+/// Two basins, the smaller one deeper: rounds that end in the same one are enough, otherwise others follow; the reported
+/// one is then the deeper one.
 #[test]
 fn auto_goes_on_while_rounds_disagree() {
     const FOUR_ROUNDS: u64 = 40_000;

@@ -229,7 +229,7 @@ fn knows_nobody() {
             let foreign = ["crate::", "super::super", "leadlag::", "leadlag_", "include!", "#[path"];
             assert!(
                 !foreign.iter().any(|word| line.contains(word)),
-                "{}:{}: the plant shares code with nobody: {line}",
+                "{}:{}: the plant shares no code: {line}",
                 path.display(),
                 number + 1
             );

@@ -1,4 +1,4 @@
-//! The effects of the synthetic truth do what they are said to do, as strongly as they are asked to.
+//! The effects of the synthetic truth act as described, with the requested strength.
 
 use leadlag::internal::plant::{
     self, Base, Effect, EffectKind, Gusts, Noise, PlantError, Profile, Scenario, Synthetic,
@@ -33,7 +33,7 @@ fn extremes(drive: &Synthetic) -> (f64, f64) {
 fn every_effect_changes_every_base() {
     for base in Base::VARIANTS.iter().copied() {
         let mut scenario = scenario(base, Profile::Restless, 150.0);
-        // Two cars ahead, for the effect that looks past the first.
+        // Two cars ahead, for the effect that reads the second one.
         let first = plant::drawn(Base::LCth, 7, 2);
         scenario.followers.insert(0, first);
         let plain = with(&scenario, &[]);
@@ -120,7 +120,7 @@ fn limits_hold() {
     assert!(steps.into_iter().all(|(a, _)| ((a / 0.25).round() * 0.25 - a).abs() < 1e-9));
 }
 
-/// What the linear law commands to the first follower at each sample, from its true spacing and speeds.
+/// Command of the linear law to the first follower at each sample, from its true spacing and speeds.
 fn commands(drive: &Synthetic) -> Vec<f64> {
     let plant::Controller::Linear { v_0, t_h, d_0, k_s, k_v, k_0 } = drive.truth.scenario.followers[0].controller
     else {

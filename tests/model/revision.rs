@@ -1,8 +1,8 @@
 //! The same seed gives the same result, or the revision of the search, or of the diagnosis, is another one.
 //!
 //! Ids of studies and journals of `bench optimizers` hold the revision of the search; journals of `bench diagnosis` hold that
-//! of the diagnosis. The numbers below tell when it must be raised. They go through the functions of the C library
-//! that the random numbers need, so they are compared where they were made only.
+//! of the diagnosis. The numbers below show when it must be raised. They go through the functions of the C library
+//! that the random numbers need, so they are compared on the same platform only.
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
 use crate::common::made_up::{self, Way};
@@ -76,7 +76,7 @@ fn the_same_seed_gives_the_same_result_or_the_revision_is_raised() {
     );
 }
 
-/// What the diagnoses below say under this revision. To be replaced by what the test prints once DIAGNOSIS_REVISION is raised.
+/// Answers of the diagnoses below under this revision. Replace them by the output of the test after raising DIAGNOSIS_REVISION.
 const DIAGNOSED: [&str; 2] = [
     "named: dead_zone: 230 nats held out, 15 needed; 26943 simulations",
     "bad_base: the calibrated desired speed v_0 = 12.00 m/s lies below speeds that the follower drives (26.91 m/s); widen the bounds of v_0, or \

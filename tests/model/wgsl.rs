@@ -21,7 +21,7 @@ fn every_variant_composes() {
     }
 }
 
-/// A part that is broken in one place: file, what is replaced by what, the message.
+/// A part that is broken in one place: file, replaced text, replacement, message.
 const BROKEN: &[(&str, &str, &str, &str)] = &[
     (
         "shaders/controller/idm.wgsl",

@@ -12,17 +12,17 @@ pub struct Built {
     pub mutants: Vec<Mutant>,
 }
 
-/// What is changed, below `src/models`: the reference, and what its numbers pass through.
+/// Changed files, below `src/models`: the reference, and the code that its numbers pass through.
 const MUTATED: [&str; 3] = ["reference/", "score.rs", "evaluator/case.rs"];
 
-/// What judges: hand-worked numbers, and for the causes, which have none, their WGSL text (of which tests/shader_mutants.rs changes every place).
+/// The judges: hand-worked numbers, and for the causes, which have none, their WGSL text (of which tests/shader_mutants.rs changes every place).
 const JUDGES: [(&str, &str); 2] =
     [("reference_paper", "tests/model/reference_paper"), ("causes", "tests/equality/causes.rs")];
 
 /// The modules of `tests/common` that the judges need.
 const HELPERS: [&str; 4] = ["cars", "extended", "laws", "tolerance"];
 
-/// How far the copy is optimised. The judges run so often that compiling and judging together are shortest so.
+/// Optimisation of the copy. The judges run so often that this makes compiling and judging together the shortest.
 const LEVEL: i64 = 2;
 
 /// The text of a `mod.rs` without the modules that are not needed.
@@ -48,7 +48,7 @@ pub fn build() -> Built {
         }
         Some(bytes)
     });
-    // A failure has been seen at its first panic: what is left of a judge's tests need not run.
+    // A failure has been seen at its first panic: the rest of a judge's tests need not run.
     let switch = format!(
         "//! The mutant switched on.\nuse std::sync::LazyLock;\n\
          static ON: LazyLock<usize> = LazyLock::new(|| {{\n\

@@ -24,7 +24,7 @@ pub struct Mutant {
     pub change: String,
 }
 
-/// Constants that other files use cannot become functions; they stay as they are, and so do lists of names.
+/// Constants that other files use cannot become functions; they stay unchanged, and so do lists of names.
 fn private(constant: &syn::ItemConst) -> bool {
     matches!(constant.vis, syn::Visibility::Inherited) && !matches!(*constant.ty, syn::Type::Reference(_))
 }

@@ -1,5 +1,5 @@
-//! `leadlag bench`: its JSON is what its readers count on, and what it exports can be computed again elsewhere.
-//! No speed is asserted: it says more about the machine than about the program.
+//! `leadlag bench`: the schema of its JSON, and its exports can be computed again elsewhere.
+//! No speed is asserted: it depends more on the machine than on the program.
 
 use serde_json::Value;
 use std::process::{Command, Output};
@@ -33,7 +33,7 @@ fn the_json_has_the_fields_that_are_documented() {
     }
     for (evaluator, precision) in [("native", "f32"), ("native", "f64"), ("reference", "f64")] {
         let is = |row: &&Value| row["evaluator"] == evaluator && row["precision"] == precision && row["model_id"] == 1;
-        assert!(rows.iter().any(|row| is(&row)), "{evaluator} {precision} stands beside the evaluators");
+        assert!(rows.iter().any(|row| is(&row)), "{evaluator} {precision} is listed with the evaluators");
     }
 }
 
@@ -57,7 +57,7 @@ fn what_is_exported_is_what_is_scored() {
     assert_eq!(header, ["delta", "v_0", "d_0", "t_h", "a_max", "a_min", "nrmse_sva"]);
     assert_eq!(candidates.len(), 4096);
 
-    // The equations once more, as benches/peers has them.
+    // The equations once more, as in benches/peers.
     let dt = 0.1;
     let rms = |k: usize| (drive[1..].iter().map(|row| row[k] * row[k]).sum::<f64>() / (drive.len() - 1) as f64).sqrt();
     let measured = [rms(2), rms(3), rms(4)];

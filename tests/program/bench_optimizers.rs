@@ -1,4 +1,4 @@
-//! `leadlag bench optimizers`: what is planned, what is taken again after a stop, and what the report says.
+//! `leadlag bench optimizers`: its plan, its restart after a stop, and its report.
 
 use crate::common;
 use leadlag::internal::bench::{
@@ -70,7 +70,7 @@ fn finished_tasks_are_taken_again_and_torn_lines_are_not() {
     assert!(!journal.has(&tasks[2]), "another version's result is not taken");
     assert!(!journal.has(&tasks[4]), "nor that of another state of the search");
     drop(journal);
-    // What follows the torn line is read.
+    // The rows after the torn line are read.
     let mut file = std::fs::OpenOptions::new().append(true).open(&path).expect("opened");
     writeln!(file, "{}", line(3)).expect("written");
     assert!(Journal::open(&path).expect("readable").has(&tasks[3]));
@@ -113,7 +113,7 @@ fn a_task_that_is_stopped_is_not_kept() {
     assert_eq!(std::fs::read_to_string(&path).expect("a journal"), "");
 }
 
-/// What is said of the tasks when the journal holds a row for some of them.
+/// The report of the tasks when the journal holds a row for some of them.
 fn report_of(tasks: &[OptimizerTask], row: &dyn Fn(&OptimizerTask) -> Option<OptimizerOutcome>) -> OptimizerReport {
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("journal.jsonl");
@@ -134,7 +134,7 @@ fn met(report: &OptimizerReport) -> Vec<Option<bool>> {
 #[test]
 fn a_target_is_met_only_by_all_its_tasks() {
     let tasks = optimizer_tasks("auto", false);
-    // Everything within the targets, but for the spread: 2 % from replicate to replicate.
+    // All values within the targets, but for the spread: 2 % from replicate to replicate.
     let good = report(&tasks, &|task| Some(if task.model_id == 1 { 0.3789 } else { 0.2834 }));
     assert_eq!(met(&good), [[Some(true); 5].as_slice(), &[Some(false); 3]].concat());
     assert!(good.table().contains("MISSED") && good.table().lines().all(|line| line.chars().count() <= 80));
@@ -226,7 +226,7 @@ fn the_command_goes_on_where_it_was() {
     assert_eq!(std::fs::read_to_string(&journal).expect("a journal").lines().count(), 1);
 }
 
-/// The program starts itself and takes the time; how long it may take is said, not tested, for tests run beside each other.
+/// The program starts itself and takes the time; the limit is printed, not tested, because tests run beside each other.
 #[test]
 fn one_calibration_is_timed_from_start_to_end() {
     let Some(shared) = common::shared("one_calibration_is_timed_from_start_to_end") else { return };

@@ -111,7 +111,7 @@ fn simulate_lets_each_simulated_car_lead_the_next() {
         let plot = fs::read_to_string(out.join(format!("plot_follower{follower}.svg"))).unwrap();
         assert!(plot.contains(ahead), "follower {follower}");
     }
-    // The gap is that to the simulated car: it changes as the two simulated speeds say.
+    // The gap is that to the simulated car: it changes by the two simulated speeds.
     let (s, v_l, v_f) = (column(2, "sim_spacing_m"), column(1, "sim_speed_mps"), column(2, "sim_speed_mps"));
     for i in 1..s.len() {
         let integrated = s[i - 1] + 0.05 * (v_l[i - 1] + v_l[i] - v_f[i - 1] - v_f[i]);
@@ -144,7 +144,7 @@ fn ctrl_c_keeps_the_calibration_in_flight_and_names_the_files_left_out() {
     use std::time::{Duration, Instant};
     let folder = platoon();
     let files = [1, 3].map(|k| folder.join(format!("pair_follower{k}.csv")));
-    // SIGTERM is what schedulers send.
+    // Schedulers send SIGTERM.
     for signal in ["-INT", "-TERM"] {
         let out = scratch("cli", &format!("interrupted{signal}"));
         let endless = ["--optimizer", "ga", "--max-evaluations", "1000000000", "--model", "idm", "--out", text(&out)];
@@ -272,7 +272,7 @@ fn wrong_usage_exits_with_2_and_failure_with_1() {
             calibrate(&["--model", "idm", "--follower", "1", "--from", "10", "--to", "5"]),
             "--to 5 lies before --from 10",
         ),
-        (2, fails(&["list", "variants", "--model", "3"]), "go with `leadlag list parameters`"),
+        (2, fails(&["list", "variants", "--model", "3"]), "need `leadlag list parameters`"),
         (
             1,
             calibrate(&["--model", "idm", "--follower", "1", "--evaluator", "gpu", "--gpu", "no such card"]),
@@ -281,7 +281,7 @@ fn wrong_usage_exits_with_2_and_failure_with_1() {
         (
             2,
             calibrate(&["--model", "idm", "--follower", "1", "--evaluator", "reference", "--precision", "plain"]),
-            "--precision goes with",
+            "--precision needs",
         ),
         (2, calibrate(&["--model", "idm+nonlinear", "--follower", "1"]), "give --vehicle"),
         (1, calibrate(&["--model", "idm+mfc", "--follower", "1", "--vehicle", "bmw_x5"]), "MFC curve"),
@@ -473,11 +473,11 @@ fn synth_hides_what_it_is_told_to() {
     let refused = |extra: &[&str]| fails(&[&["synth", "--out", text(&folder)], extra].concat());
     let (code, message) = refused(&["--effect", "grad"]);
     assert_eq!(code, 2);
-    assert!(message.contains("no effect is called \"grad\"; there are perception_delay, "), "{message}");
+    assert!(message.contains("unknown effect \"grad\"; expected one of perception_delay, "), "{message}");
     let (code, message) = refused(&["--effect", "grade", "--amplitude", "60"]);
     assert_eq!(code, 1);
-    assert!(message.contains("at most on this drive, less than the 60 m/s wanted"), "{message}");
+    assert!(message.contains("at most on this drive, less than the requested 60 m/s"), "{message}");
     let (_, message) = refused(&["--effect", "grade", "--effect", "grade:gg=1"]);
     assert!(message.contains("--effect grade is given twice"), "{message}");
-    assert!(ok(&["synth", "--list-effects"]).contains("\ngrade: this share of the grade force is not made up for\n"));
+    assert!(ok(&["synth", "--list-effects"]).contains("\ngrade: this share of the grade force is not compensated\n"));
 }

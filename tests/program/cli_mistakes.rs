@@ -1,4 +1,4 @@
-//! Mistakes on the command line, and what is told about them: the range, the nearest name, the file, the way out.
+//! Mistakes on the command line, and their messages: the range, the nearest name, the file, the remedy.
 
 use crate::common::program::{leadlag, scratch, stderr, stdout, succeeds, text};
 use std::fs;
@@ -23,7 +23,7 @@ fn pair() -> &'static str {
     text(FILE.get_or_init(make))
 }
 
-/// What must be wrong with a calibration that is asked for like this.
+/// Message of a failed calibration with these options.
 fn calibrate(code: i32, extra: &[&str]) -> String {
     fails(code, &[&["calibrate", pair(), "--out", "never"], extra].concat())
 }
@@ -71,7 +71,7 @@ fn the_nearest_name_is_suggested_here_too() {
 fn a_variant_that_needs_a_vehicle_says_so_in_one_way() {
     for variant in ["idm+mfc", "idm+nonlinear"] {
         let expected = format!(
-            "error: {}: variant {variant} needs the vehicle of follower 1, and none is called `follower`; give --vehicle NAME \
+            "error: {}: variant {variant} needs the vehicle of follower 1, and there is none of the name `follower`; give --vehicle NAME \
              or FILE#NAME (`leadlag list vehicles`)\n",
             pair()
         );

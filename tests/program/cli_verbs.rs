@@ -26,7 +26,7 @@ fn pair() -> &'static Path {
     })
 }
 
-const SOFT: &str = "//! The car brakes less than it is told to.
+const SOFT: &str = "//! The car brakes less than commanded.
 struct Parameters {
     /// share of the braking that is lost [-], 0 to 0.9, neutral 0
     lost: f32,
@@ -37,7 +37,7 @@ fn soft_command(own: Parameters, a_cmd: f32) -> f32 {
 }
 ";
 
-/// A calibration with an extension of one's own, made once.
+/// A calibration with a user's extension, made once.
 fn extended() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
@@ -81,7 +81,7 @@ fn every_verb_has_an_example_that_starts_with_it() {
     }
 }
 
-/// What `leadlag WORDS --help` prints, in a terminal of which only COLUMNS is known, if anything is.
+/// Output of `leadlag WORDS --help`, in a terminal of which at most COLUMNS is known.
 fn help(words: &[String], columns: Option<&str>) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadlag"));
     command.args(words).arg("--help").env_remove("COLUMNS").envs(columns.map(|columns| ("COLUMNS", columns)));
@@ -230,7 +230,7 @@ fn check_describes_a_good_extension_and_names_the_place_of_a_bad_one() {
     fs::write(&bad, SOFT.replace("own.lost", "own.lots")).unwrap();
     let printed = ok(&["check", text(&good)]);
     assert!(printed.starts_with("soft: valid, a cause\n"), "{printed}");
-    assert!(printed.contains("lost [-] 0 to 0.9, does nothing at 0: share of the braking that is lost"), "{printed}");
+    assert!(printed.contains("lost [-] 0 to 0.9, neutral at 0: share of the braking that is lost"), "{printed}");
     let entries: Value = serde_json::from_str(&ok(&["check", text(&good), "--json"])).unwrap();
     assert_eq!(entries[0]["parameters"][0]["bounds"], serde_json::json!([0.0, 0.9]));
     assert_eq!(entries[0]["bases"].as_array().unwrap().len(), 5);
@@ -293,7 +293,7 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
         html.contains("<strong>Spacing is off by ") && html.contains(" %), speed by "),
         "errors in words come first"
     );
-    // The command that made it, and what it warned of.
+    // The command that made it, and its warnings.
     assert!(html.contains("The command: <code>leadlag calibrate ") && html.contains("--max-evaluations 300"));
     assert!(!html.contains("What the command warned of"));
     ok(&[&["calibrate", text(pair()), "--smooth", "--joint", "--out", text(&fit)], &search[..]].concat());
@@ -342,7 +342,7 @@ fn what_is_likely_a_mistake_is_warned_of() {
     }
     writer.flush().expect("writable");
     for message in [calibrate(text(&feet), &[]), ok(&["inspect", text(&feet)])] {
-        assert!(message.contains("times as much as the speeds say (3.2808 is feet per metre)"), "{message}");
+        assert!(message.contains("times as much as the speeds imply (3.2808 is feet per metre)"), "{message}");
     }
 }
 
@@ -382,7 +382,7 @@ fn a_table_with_a_column_map_is_inspected_and_calibrated_by_vehicle_id() {
         result["score"]["nrmse_sva"].as_f64().unwrap()
     };
     let (mapped, plain) = (score(&mapped), score(&plain));
-    // The same drive but for the rounding of two conversions, and the same random numbers.
+    // The same drive up to the rounding of two conversions, and the same random numbers.
     assert!((mapped - plain).abs() < 1e-3 * plain, "{mapped} by the map, {plain} by the pair file");
 }
 

@@ -1,4 +1,4 @@
-//! What the command line refuses before the work, and what it warns of: options that do nothing, parameters that nothing tells, tables
+//! Refusals and warnings before the work: options without effect, parameters that the data do not determine, tables
 //! of which no row can be simulated.
 
 use crate::common::program::{leadlag, scratch, stderr, succeeds, text};
@@ -28,7 +28,7 @@ fn calibrate(extra: &[&str]) -> String {
     stderr(&succeeds(&[&["calibrate", text(&pair)], &search[..], extra].concat()))
 }
 
-const SOFT: &str = "//! The car brakes less than it is told to.
+const SOFT: &str = "//! The car brakes less than commanded.
 struct Parameters {
     /// share of the braking that is lost [-], 0 to 0.9, neutral 0
     lost: f32,
@@ -64,7 +64,7 @@ fn the_reference_refuses_extensions_of_ones_own_before_the_work() {
     let remedy = "soft.wgsl is your own: use `--evaluator lanes --precision f64`";
     assert!(stderr(&refused).contains(expected) && stderr(&refused).contains(remedy), "{}", stderr(&refused));
     assert!(!out.exists(), "a command that is refused leaves no files");
-    // What is proposed works, and so does the reference with what is built in.
+    // The proposed command works, and so does the reference with built-in extensions.
     calibrate(&["--extend", text(&soft), "--evaluator", "lanes", "--precision", "f64"]);
     calibrate(&["--extend", "actuation_lag", "--evaluator", "reference"]);
 
@@ -108,7 +108,7 @@ fn a_road_that_nobody_has_placed_is_warned_of_by_every_verb_that_reads_it() {
     let calibrate =
         |road: &[&str], search: &[&str]| stderr(&succeeds(&[&["calibrate"], &drive[..], road, search].concat()));
     let said = calibrate(&[text(&table)], &search);
-    assert!(said.contains(&warning) && said.contains("--lead-start M tells where it starts\n"), "{said}");
+    assert!(said.contains(&warning) && said.contains("give the start with --lead-start M\n"), "{said}");
     assert!(!calibrate(&[text(&table), "--lead-start", "0"], &search).contains("it has no positions"));
     assert!(!calibrate(&["level"], &search).contains("it has no positions"), "level is level everywhere");
     let plain = [&["--model", "idm"], &search[4..]].concat();
@@ -150,7 +150,7 @@ fn a_broken_gap_is_warned_of_in_the_words_of_inspect() {
     assert!(!calibrate(&[]).contains("contradicts"), "the drive itself is sound");
 }
 
-/// Followers are numbered by what `--follower` takes, in text and JSON.
+/// Followers have the numbers of `--follower`, in text and JSON.
 #[test]
 fn inspect_says_what_follower_each_car_is() {
     let platoon = drive().join("platoon.csv");
@@ -192,7 +192,7 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
         1,
         "{said}"
     );
-    assert!(said.contains("in the file of --bounds, a lower bound near the speeds that were driven"), "{said}");
+    assert!(said.contains("in the file of --bounds, a lower bound near the driven speeds"), "{said}");
     let slow = scratch("cli_warnings", "slow").join("slow.csv");
     let whole = fs::read_to_string(&one).unwrap();
     let halved = whole.lines().map(|line| {
@@ -220,7 +220,7 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
     }
 }
 
-/// Who drives is asked before a file of bounds is written.
+/// The driver is checked before a file of bounds is written.
 #[test]
 fn at_a_bound_of_acc_the_set_of_human_drivers_is_named() {
     let folder = scratch("cli_warnings", "at_bound");
@@ -298,7 +298,7 @@ fn evaluate_says_once_which_parameters_their_variant_does_not_have() {
     let row = |more: &str| format!("1,platoon,1,4,33,2,1.2,1.4,-2,{more}");
     let (code, _, said) = evaluate("surplus", HEADER, &[&row("0.4,,"), &row("0.3,0.2,"), &row(",NaN,0")]);
     assert_eq!(code, Some(0), "{said}");
-    let warning = "2 of 3 rows give parameters that their variant does not have, which changes nothing: tau_a, tau_p\n";
+    let warning = "2 of 3 rows give parameters that their variant lacks; leadlag ignores them: tau_a, tau_p\n";
     assert!(said.contains(warning) && said.matches("warning: ").count() == 1, "{said}");
     let (_, _, said) = evaluate("absent", HEADER, &[&row("nan,0,"), &row(",0.0,NaN")]);
     assert!(!said.contains("warning: "), "that is how tables with all columns say that there is none: {said}");

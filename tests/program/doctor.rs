@@ -1,4 +1,4 @@
-//! `leadlag doctor`: what it prints with and without an adapter.
+//! `leadlag doctor`: its output with and without an adapter.
 
 use leadlag::internal::gpu::{Probe, ProbeStatus, modes};
 use serde_json::Value;
@@ -58,7 +58,7 @@ fn json_has_adapters_and_probes() {
     let safe: Vec<&str> = adapter["safe_modes"].as_array().expect("a list").iter().filter_map(Value::as_str).collect();
     assert!(safe.starts_with(&["plain", "compensated"]), "{safe:?}");
     assert!(safe.contains(&"same_bits") || adapter["type"] != "software", "{safe:?}");
-    // What results rely on; a software adapter also gives the CPU's bits.
+    // Properties that results rely on; a software adapter also gives the CPU's bits.
     for name in ["nan_by_bits", "hidden_error_terms", "own_power", "own_exponential", "own_logarithm"] {
         let probe = probes.iter().find(|p| p["name"] == name).unwrap_or_else(|| panic!("no probe {name}"));
         assert!(probe["status"] == "ok" || name.starts_with("own") && adapter["type"] != "software", "{probe}");

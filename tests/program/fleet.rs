@@ -1,6 +1,6 @@
 //! Every pair of a table by `calibrate --all`: one row each, whatever else is in the table, and nothing lost.
 //!
-//! `LEADLAG_KILLS=100` kills so often; without it a few kills have to do.
+//! `LEADLAG_KILLS=100` sets the number of kills; by default a few.
 
 use crate::common::gpu::skipped;
 use crate::common::program::{self, fails, leadlag, ok, scratch, stderr, text};
@@ -14,7 +14,7 @@ use std::process::{Command, Stdio};
 use std::thread::sleep;
 use std::time::Duration;
 
-/// v_0, t_h, d_0, a_max, a_min of the drivers, who differ.
+/// v_0, t_h, d_0, a_max, a_min of the different drivers.
 fn driver(number: u64) -> [f64; 5] {
     let mut rng = stream(7, number, 0, 0);
     [31.0, 1.2, 2.2, 1.3, 1.8].map(|middle| middle * (0.2 * normal(&mut rng)).exp())
@@ -23,12 +23,12 @@ fn driver(number: u64) -> [f64; 5] {
 const HEADER: &str = "Trajectory_ID,Time_Index,ID_LV,Type_LV,Pos_LV,Speed_LV,Acc_LV,ID_FAV,Pos_FAV,Speed_FAV,Acc_FAV,Spatial_Gap,\
                       Spatial_Headway,Speed_Diff\n";
 
-/// Rows of drives of so many samples at 10 Hz, each of a driver of his own behind a leader of his own.
+/// Rows of drives of this many samples at 10 Hz, each of a different driver behind a different leader.
 fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
     delayed_drives(numbers, samples, 0, 0.03)
 }
 
-/// The same of drivers who perceive all so many samples late, with noise of this size.
+/// The same of drivers who all perceive this many samples late, with noise of this size.
 fn delayed_drives(numbers: std::ops::Range<u64>, samples: usize, late: usize, noise: f64) -> String {
     let mut table = String::new();
     for number in numbers {
@@ -75,7 +75,7 @@ fn rows(folder: &Path) -> Vec<BTreeMap<String, String>> {
     reader.records().map(|record| row(record.expect("a row"))).collect()
 }
 
-/// Files of the result but for the journal, whose order is that of the threads.
+/// Files of the result without the journal, whose order is that of the threads.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     ["parameters.csv", "parameters.parquet", "fleet.json", "fits.csv"]
         .into_iter()
@@ -83,7 +83,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
         .collect()
 }
 
-/// Each row is what the pair gives alone; what cannot be calibrated is a row with its reason; threads change nothing.
+/// Each row equals the result of the pair alone; a pair that cannot be calibrated is a row with its reason; threads change nothing.
 #[test]
 fn every_pair_is_a_row() {
     let folder = scratch("fleet", "rows");
@@ -111,7 +111,7 @@ fn every_pair_is_a_row() {
         assert_eq!(row["model"], ["idm", "l-cth"][k % 2]);
         assert_eq!(row["reason"].is_empty(), k < 12, "{row:?}");
         assert_eq!(row["score"].is_empty(), k >= 12, "{row:?}");
-        // A parameter of the other model is no number.
+        // A parameter of the other model is NaN.
         assert_eq!(row["a_max_mps2"].is_empty(), k % 2 == 1 || k >= 12, "{row:?}");
     }
     assert!(found[12]["reason"].contains("at least 2 s"), "{:?}", found[12]);
@@ -135,10 +135,10 @@ fn every_pair_is_a_row() {
     ok(&["report", text(&out), "--out", text(&page)]);
     let html = fs::read_to_string(&page).expect("written");
     assert!(html.contains("6 of 8 pairs calibrated with"), "the answer first");
-    assert!(html.contains("expected at least"), "reasons are told");
+    assert!(html.contains("expected at least"), "reasons are listed");
 }
 
-/// A table of its own pairs is found in a folder, and a file that is none costs nothing but its own.
+/// A table of its own pairs is found in a folder, and an invalid file does not affect the others.
 #[test]
 fn files_of_a_folder_are_one_fleet() {
     let folder = scratch("fleet", "folder");
@@ -157,7 +157,7 @@ fn files_of_a_folder_are_one_fleet() {
     assert_eq!(output.status.code(), Some(1));
     assert!(stderr(&output).contains("c.csv"), "{}", stderr(&output));
     assert_eq!(rows(&other).len(), 2);
-    // A result does not replace what it is made of.
+    // A result does not replace its own input.
     let inside = data.join("parameters.csv");
     fs::copy(data.join("a.csv"), &inside).expect("room");
     let (code, said) = fails(&["calibrate", text(&inside), "--all", "--model", "idm", "--out", text(&data)]);
@@ -168,7 +168,7 @@ fn files_of_a_folder_are_one_fleet() {
     assert!(code == 1 && said.contains("a fleet of other data, settings or program"), "{said}");
 }
 
-/// The larger of two nested models fits its own sample better in any case. It is best only where it follows other drives better, too.
+/// The larger of two nested models fits its own sample better in any case. It is best only if it follows other drives better, too.
 #[test]
 fn of_nested_models_the_larger_has_to_earn_it() {
     let folder = scratch("fleet", "nested");
@@ -189,7 +189,10 @@ fn of_nested_models_the_larger_has_to_earn_it() {
             if late == 0 {
                 assert!(delayed["best"].as_u64() <= Some(1), "{said}");
                 assert_eq!(idm["chosen"], true, "{said}");
-                assert!(said.contains("cannot be told") || said.contains("idm follows these drivers best"), "{said}");
+                assert!(
+                    said.contains("not distinguishable") || said.contains("idm follows these drivers best"),
+                    "{said}"
+                );
             } else {
                 assert!(delayed["best"].as_u64() > Some(1) && idm["best"].as_u64() == Some(0), "{said}");
                 assert_eq!(delayed["chosen"], true, "{said}");
@@ -205,7 +208,7 @@ fn of_nested_models_the_larger_has_to_earn_it() {
     }
 }
 
-/// What is held back may be other files: a driver is found in them by the id of the car or the trajectory.
+/// Held-back data may be other files: a driver is found in them by the id of the car or the trajectory.
 #[test]
 fn other_drives_of_the_same_drivers_are_held_back() {
     let folder = scratch("fleet", "held");
@@ -221,10 +224,7 @@ fn other_drives_of_the_same_drivers_are_held_back() {
     assert_eq!(scored, [false, true, true]);
     fs::write(&other, HEADER.to_owned() + &drives(7..9, 250)).expect("room");
     for (given, expected) in [
-        (
-            text(&other),
-            "are of none of the drivers that are calibrated, who are automated vehicle 1, automated vehicle 3",
-        ),
+        (text(&other), "belong to none of the calibrated drivers, automated vehicle 1, automated vehicle 3"),
         (text(&fit), "it is calibrated on, too"),
         ("1.5", "expected a share above 0 and below 1"),
         ("nan", "expected a share above 0 and below 1"),
@@ -256,7 +256,7 @@ fn what_does_not_go_with_many_pairs_is_told() {
     }
 }
 
-/// Killed at any moment and begun again, a fleet ends with the same bytes, and what was calibrated is not calibrated again.
+/// Killed at any moment and started again, a fleet ends with the same bytes, and finished calibrations are not repeated.
 /// Many pairs share an evaluator on a device, and few do on the CPU: the same bytes.
 #[test]
 fn a_device_finds_what_the_cpu_finds() {
@@ -329,7 +329,7 @@ fn a_killed_fleet_goes_on() {
     }
 }
 
-/// Of drivers whose parameters are known: what is called determined lies in its interval as often as it should, and not all is called so.
+/// With drivers of known parameters: intervals of determined parameters contain the truth as often as they should, and not all are determined.
 #[test]
 fn intervals_of_short_drives_hold_the_truth() {
     let folder = scratch("fleet", "coverage");

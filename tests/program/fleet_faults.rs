@@ -1,4 +1,4 @@
-//! What data, laws and accidents do to a fleet: drives that do not vary, laws that share a name, settings and journals that change.
+//! Effects of data, laws and accidents on a fleet: drives that do not vary, laws that share a name, settings and journals that change.
 
 use crate::common::program::{fails, leadlag, ok, scratch, stderr, stdout, succeeds, text};
 use std::collections::{BTreeMap, BTreeSet};
@@ -13,7 +13,7 @@ fn pair(speed: impl Fn(f64) -> f64) -> String {
     for k in 0..400 {
         let t = f64::from(k) / 10.0;
         let (v_l, v) = (20.0 + 3.0 * (t / 3.0).sin(), speed(t));
-        // Trapezoids, as the speeds say.
+        // Trapezoids, by the speeds.
         gap += if k == 0 { 0.0 } else { 0.05 * (before + v_l - v) };
         before = v_l - v;
         writeln!(table, "{t:.1},{v_l:.6},{v:.6},{gap:.6}").expect("a String takes all");
@@ -46,7 +46,7 @@ fn fleet<'a>(table: &'a Path, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
     [&["calibrate", text(table), "--all", "--out", text(out)], &SETTINGS[..], more].concat()
 }
 
-/// The NRMSE of an acceleration that is always 0 is no number, and no row is lost by that.
+/// The NRMSE of an acceleration that is always 0 is NaN, and no row is lost by that.
 #[test]
 fn a_drive_at_constant_speed_is_read_again() {
     let folder = scratch("fleet_faults", "constant");
@@ -57,7 +57,7 @@ fn a_drive_at_constant_speed_is_read_again() {
     assert!(found[0]["rmse_a_mps2"].parse::<f64>().is_ok() && found[0]["nrmse_s"].parse::<f64>().is_ok(), "{found:?}");
     let written = fs::read(out.join("parameters.csv")).expect("written");
     let again = succeeds(&fleet(&table, &out, &["--model", "idm"]));
-    assert!(stderr(&again).contains("1 of 1 calibrations are there already"), "{}", stderr(&again));
+    assert!(stderr(&again).contains("1 of 1 calibrations were finished before"), "{}", stderr(&again));
     assert_eq!(stdout(&again), once);
     assert!(fs::read(out.join("parameters.csv")).expect("written") == written);
 }
@@ -174,11 +174,11 @@ fn a_row_that_does_not_fit_is_refused_with_its_line() {
         assert!(code == 1 && said.contains("journal.jsonl:2: not a calibration of this fleet"), "{said}");
         assert!(said.contains(expected) && !said.contains("panicked"), "{said}");
     }
-    // As it says: without the line it is calibrated again.
+    // By the message: without the line it is calibrated again.
     fs::write(&journal, format!("{head}\n")).expect("room");
     ok(&command);
     assert_eq!(fs::read_to_string(&journal).expect("written"), whole);
-    // What a file system may leave of a file after a power cut.
+    // Possible content of a file after a power cut.
     fs::write(&journal, [0; 4096]).expect("room");
     ok(&command);
     assert_eq!(fs::read_to_string(&journal).expect("written"), whole);
@@ -212,7 +212,7 @@ fn a_drive_counts_once() {
     for done in [joint(&[one, other]), diagnose(&[one, other]), diagnose(&[one, "--holdout", other])] {
         assert!(done.status.success(), "{}", stderr(&done));
     }
-    // Each by itself, the rows are right; what they say together is not.
+    // Each row alone is right; their summary is not.
     let command = |files: &[&str], name: &str| {
         let more = ["--all", "--model", "idm", "--no-intervals", "--out"];
         let said = succeeds(&[&["calibrate"], files, &SETTINGS[..], &more[..], &[text(&folder.join(name))]].concat());
@@ -224,7 +224,7 @@ fn a_drive_counts_once() {
     assert!(!command(&[one, other], "apart").contains("copies"));
 }
 
-/// Ids stay what they are in the file; that a spreadsheet would run one of them is said.
+/// Ids stay as in the file; a warning says that a spreadsheet would run one of them.
 #[test]
 fn a_formula_among_the_ids_is_told() {
     let folder = scratch("fleet_faults", "formula");
@@ -273,11 +273,14 @@ fn drivers_are_called_by_their_ids() {
         shown.contains("\ntrajectory D03\n") && !shown.contains("trajectory D01\n"),
         "the longest in full: {shown}"
     );
-    // Without the group the table is asked what tells its drives apart; the surplus column of one value is none.
+    // Without the group, the message asks for the column that distinguishes drives; the surplus column of one value is none.
     let nameless = fs::read_to_string(&map).expect("written").replace("group = { name = \"driver\" }\n", "");
     let nameless = file(&folder, "nameless.toml", &nameless);
     let (code, said) = fails(&["inspect", text(&table), "--columns", text(&nameless)]);
-    assert!(code == 1 && said.contains("if driver tells drives apart, add `group = { name = \"driver\" }`"), "{said}");
+    assert!(
+        code == 1 && said.contains("if driver distinguishes drives, add `group = { name = \"driver\" }`"),
+        "{said}"
+    );
     assert!(!said.contains("remove one of them"), "{said}");
     let one = folder.join("one");
     let calibrate = |more: &[&str]| {
@@ -298,7 +301,7 @@ fn drivers_are_called_by_their_ids() {
     let all = folder.join("all");
     ok(&fleet(&table, &all, &[&columns[..], &["--model", "idm"]].concat()));
     assert!(rows(&all).iter().all(|row| row["name"] == row["trajectory"] && row["name"].starts_with("D0")));
-    // One of them is simulated by his id with what the table has, and scores the same there.
+    // A driver simulated by his id with the row of the table scores the same there.
     let simulate = |result: &Path, more: &[&str]| {
         leadlag(&[&["simulate", text(&table), "--result", text(result), "--json"], &columns[..], more].concat())
     };

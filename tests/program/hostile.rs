@@ -7,7 +7,7 @@ use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
 use std::sync::OnceLock;
 
-/// A drive and what was calibrated on it, made once.
+/// A drive and its calibration, made once.
 fn calibrated() -> &'static Path {
     static FOLDER: OnceLock<PathBuf> = OnceLock::new();
     FOLDER.get_or_init(|| {
@@ -89,7 +89,7 @@ fn a_result_without_end_is_not_read_to_its_end() {
     }
 }
 
-/// What is known of two parameters, with these correlations.
+/// Identifiability of two parameters, with these correlations.
 fn known(matrix: Value) -> Value {
     json!({"confidence": 0.95, "parameters": {}, "replicate_range": {}, "evaluations": 1, "note": null,
         "correlation": {"parameters": ["v_0", "t_h"], "matrix": matrix, "candidates": 9, "rise": 0.1}})
@@ -142,7 +142,7 @@ fn what_a_killed_process_was_writing_goes_with_the_next_file() {
     let page = folder.join("page.html");
     let (left, other) = (folder.join("page.4711-18af-0.tmp"), folder.join("page.tmp"));
     fs::write(&left, "half").unwrap();
-    fs::write(&other, "of somebody").unwrap();
+    fs::write(&other, "of a user").unwrap();
     ok(&["report", text(&calibrated().join("fit")), "--out", text(&page)]);
     assert!(page.exists() && !left.exists() && other.exists());
 }
@@ -156,11 +156,11 @@ fn a_table_of_cases_of_many_columns_is_refused_in_a_line() {
     assert!(code == 1 && said.contains("expected at most 1000 columns, found 130000") && said.len() < 400, "{said}");
 }
 
-/// What a command says that must fail under a limit of the shell, by itself and not by a signal.
+/// Message of a command that must fail under a limit of the shell, with an exit code and not by a signal.
 #[cfg(unix)]
 fn limited(limit: &str, arguments: &[&str]) -> String {
     let mut command = Command::new("sh");
-    // A heap per thread takes address space that has nothing to do with what is tested.
+    // A heap per thread takes address space that has nothing to do with the test.
     command.env("RAYON_NUM_THREADS", "1");
     command.args(["-c", &format!("{limit}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_leadlag")]).args(arguments);
     refused(command.output().expect("a shell"))
@@ -178,7 +178,7 @@ fn refused(output: Output) -> String {
     said
 }
 
-/// Stacks that no machine has room for stand for a system that lets a process start no thread.
+/// Stacks that no machine has room for represent a system that lets a process start no thread.
 #[test]
 fn without_threads_there_is_a_message() {
     let file = calibrated().join("platoon.csv");
@@ -201,7 +201,7 @@ fn without_a_thread_for_its_pairs_a_fleet_says_so() {
     assert!(said.contains("cannot start a thread for the calibrations") && said.contains("ulimit -u"), "{said}");
 }
 
-/// A change that is made leaves an empty folder behind if it is killed at its end; whoever may only read the result is not asked to remove it.
+/// A finished change leaves an empty folder behind if it is killed at its end; a process that may only read the result need not remove it.
 #[cfg(unix)]
 #[test]
 fn a_reader_needs_no_right_to_write() {
@@ -226,7 +226,7 @@ fn a_reader_needs_no_right_to_write() {
     assert!(folder.path().join("page.html").exists());
 }
 
-/// Software Vulkan ends the program with a signal where it gets too little address space.
+/// Software Vulkan ends the program with a signal if it gets too little address space.
 #[cfg(target_os = "linux")]
 #[test]
 fn drivers_are_not_loaded_into_too_little_memory() {

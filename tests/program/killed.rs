@@ -1,6 +1,6 @@
 //! Folders of results change as a whole: killed at any moment, a calibration, a merge and a synthetic drive leave the old files or the new ones.
 //!
-//! `LEADLAG_KILLS=200` kills so often; without it a few kills have to do.
+//! `LEADLAG_KILLS=200` sets the number of kills; by default a few.
 
 use crate::common::program::{leadlag, ok, scratch, stderr, text};
 use crate::common::sample;
@@ -18,7 +18,7 @@ fn kills() -> usize {
     std::env::var("LEADLAG_KILLS").map_or_else(|_| sample::times(12), |kills| kills.parse().expect("a number"))
 }
 
-/// The files of a folder that readers see, but for those that tell times and the command.
+/// The files of a folder that readers see, except for those with times and the command.
 fn visible(folder: &Path) -> Files {
     let entries = fs::read_dir(folder).expect("it is there").flatten();
     let files = entries.filter(|entry| {
@@ -45,7 +45,7 @@ impl Moments {
 /// Starts a command and waits until it begins to change the folder; none if it ended before that was seen.
 fn begun(command: &[&str], folder: &Path) -> Option<std::process::Child> {
     let new = folder.join(".leadlag-new");
-    // What the one before has left would be taken for a beginning.
+    // Files that the one before has left would count as a beginning.
     let _ = fs::remove_dir_all(&new);
     let mut child = Command::new(env!("CARGO_BIN_EXE_leadlag"));
     let child = child.args(command).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());
@@ -148,7 +148,7 @@ fn a_killed_merge_leaves_the_old_tables_or_the_new_ones() {
     kill(&study.join("merged"), [&all, &half], &["study", "status", text(&study)]);
 }
 
-/// The next one completes or replaces what was begun.
+/// The next one completes or replaces an unfinished change.
 #[test]
 fn a_killed_synth_leaves_the_old_drive_or_the_new_one() {
     let folder = scratch("killed", "synth");

@@ -1,4 +1,4 @@
-//! What the library finds by its facade is what the program finds, to the byte.
+//! The library returns by its facade the same bytes as the program.
 
 use crate::common::program::{ok, scratch, text};
 use leadlag::{Calibration, Diagnosis, Evaluator, Fit, Fleet, Pairs, Reading, Values, read, synthetic};
@@ -40,7 +40,7 @@ fn a_calibration() {
     assert_eq!(evaluator.simulate(&best, 0).expect("it can be")[0][0], simulated.spacing);
     assert!(evaluator.scores(&best[1..]).expect_err("a value is missing").is_usage());
 
-    // A break keeps what was found so far.
+    // An interruption keeps the results so far.
     let stopped = calibration_of("idm").run_on(&[&drive], &mut |_| ControlFlow::Break(())).expect("one generation");
     assert!(stopped.intervals().is_empty() && stopped.score().is_finite());
 }
@@ -148,7 +148,7 @@ fn errors_say_what_to_do() {
     }
 }
 
-/// What a caller may give and the command line cannot.
+/// Arguments that a caller may give and the command line cannot.
 #[test]
 fn settings_that_cannot_be_are_refused() {
     let drive = synthetic(1, 60.0).expect("it can be").follower(1).expect("there");

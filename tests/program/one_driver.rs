@@ -41,15 +41,15 @@ fn a_joint_calibration_says_so() {
         assert!(output.status.success(), "{}", stderr(&output));
         let (said, result) =
             (stderr(&output) + &stdout(&output), std::fs::read_to_string(out.join("result.json")).expect("written"));
-        assert_eq!(!said.contains("hardly of one driver"), is_one, "{said}");
-        assert_eq!(!result.contains("hardly of one driver"), is_one);
+        assert_eq!(!said.contains("hardly have one driver"), is_one, "{said}");
+        assert_eq!(!result.contains("hardly have one driver"), is_one);
         if !is_one {
             assert!(result.contains("t_h is about 1.") && result.contains("s in far follower 1"), "{result}");
         }
     }
 }
 
-/// One drive of another driver among several is told, too.
+/// One drive of another driver among several is reported, too.
 #[test]
 fn one_among_many_is_told() {
     let folder = scratch("one_driver", "many");
@@ -61,7 +61,7 @@ fn one_among_many_is_told() {
         let more = ["--joint", "--model", "idm", "--bounds", "human", "--max-evaluations", "2000", "--no-intervals"];
         let output = leadlag(&[&given[..], &more, &["--out", text(&out)]].concat());
         assert!(output.status.success(), "{}", stderr(&output));
-        (stderr(&output) + &stdout(&output)).contains("hardly of one driver")
+        (stderr(&output) + &stdout(&output)).contains("hardly have one driver")
     };
     assert!(said(&files) && !said(&files[..4]));
 }

@@ -1,4 +1,4 @@
-//! A law of one's own, in a file: everything that a base model of the paper can do, it can.
+//! A user's law, in a file: it can do everything that a base model of the paper can.
 
 use crate::common::program::{fails, ok, scratch, text};
 use leadlag::{Calibration, Fit, Law, Study, read, synthetic};
@@ -184,7 +184,7 @@ bounds = { kappa = [0.1, 1.0] }
     .expect("the folder can be written");
     let study = folder.join("study");
     ok(&["study", "plan", text(&plan), "--out", text(&study)]);
-    // What the study keeps is enough.
+    // The text kept in the study is enough.
     fs::remove_file(&law).expect("it is there");
     fs::remove_file(&plan).expect("it is there");
     let by_library = Study::open(&study).expect("it is there");
@@ -230,7 +230,7 @@ fn it_is_diagnosed() {
 fn a_file_is_told_for_what_it_is() {
     let Drive { folder, file, law } = drive("told", "40");
     let told = ok(&["check", text(&law), "--plot"]);
-    for expected in ["my_fvdm: valid, a law", "t_h [s]", "searched where it is needed", "15 m/s: acceleration"] {
+    for expected in ["my_fvdm: valid, a law", "t_h [s]", "searched when needed", "15 m/s: acceleration"] {
         assert!(told.contains(expected), "{expected}: {told}");
     }
     assert!(ok(&["check", "krauss"]).contains("as the file says"));

@@ -1,4 +1,4 @@
-//! What people are shown: the demo, which sees files only and says honestly whether it found what had been hidden; pages and text charts.
+//! Output for people: the demo, which reads files only and reports honestly whether it found the hidden effect; pages and text charts.
 
 use crate::common::program::{fails, leadlag, ok, scratch, stderr, succeeds, text};
 use serde_json::Value;
@@ -40,7 +40,7 @@ fn check_ending(said: &str, folder: &Path) -> Value {
     let page = fs::read_to_string(folder.join("report.html")).expect("written");
     let reason = diagnosis["reason"].as_str().expect("a sentence");
     assert!(page.contains(&reason.replace('<', "&lt;").replace('>', "&gt;")) && page.len() < 5_000_000, "{reason}");
-    // Each command that was shown is one that can be typed: it names the files of this folder, which are there.
+    // Each printed command can be typed: it names the files of this folder, which are there.
     for line in said.lines().filter(|line| line.starts_with("$ leadlag ") && line.contains(" > ")) {
         let log = line.rsplit(" > ").next().expect("a file");
         assert!(Path::new(log).exists(), "{line}");
@@ -55,7 +55,7 @@ fn found(hide: &str, seconds: u32) {
     assert_eq!(diagnosis["verdict"], "named", "{said}");
     assert_eq!(diagnosis["causes"][0]["name"], name.as_str(), "{said}");
     assert!(said.contains("so      right, "), "{said}");
-    // What the analysis was given tells nothing of what is hidden; only truth.json does, which no command names.
+    // The input of the analysis does not contain the hidden effect; only truth.json does, which no command names.
     let truth = fs::read_to_string(folder.join("truth.json")).expect("written");
     assert!(truth.contains(&name) && !said.contains("truth.json"), "{said}");
     for file in ["platoon.csv", "Slope.csv"] {
@@ -80,12 +80,12 @@ fn found(hide: &str, seconds: u32) {
     go_on(&folder, &diagnosis, &base.0["data"][0]["window_s"]);
 }
 
-/// The command that the diagnosis ends with can be pasted into a shell, and calibrates on what was trained on.
+/// The command that the diagnosis ends with can be pasted into a shell, and calibrates on the training data.
 fn go_on(folder: &Path, diagnosis: &Value, trained: &Value) {
     let said = fs::read_to_string(folder.join("diagnosis.txt")).expect("kept");
     let flat: Vec<&str> = said.split_whitespace().collect();
     assert!(flat.join(" ").contains(" s, held back from there to "), "{said}");
-    let (_, rest) = said.split_once("\nTo calibrate it on what was trained on, ").expect("a way to go on");
+    let (_, rest) = said.split_once("\nTo calibrate it on the training data, ").expect("a next command");
     let (_, rest) = rest.split_once(":\n  leadlag ").expect("a command");
     let typed: Vec<&str> =
         rest.split_inclusive('\n').take_while(|line| line.starts_with("    ") || rest.starts_with(line)).collect();
@@ -160,17 +160,15 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
     let carried = html.split("id=\"result\">").nth(1).and_then(|rest| rest.split("</script>").next()).expect("a twin");
     let written = fs::read_to_string(&result).expect("written");
     assert_eq!(carried.replace("\\u003c", "<"), written);
-    // Nothing from elsewhere is loaded or run, and who has no scripts is told what is missing.
+    // Nothing from elsewhere is loaded or run, and a browser without scripts shows what is missing.
     let policy = html.find("Content-Security-Policy\" content=\"default-src 'none'; ").expect("a policy");
     assert!(["<style", "<script", "<link"].iter().all(|tag| html.find(tag).is_some_and(|at| at > policy)));
     assert!(!html[policy..].lines().next().expect("a line").contains("http"));
     assert_eq!(html.matches("<noscript>").count(), html.matches("data-chart=\"").count() + 1);
-    for words in
-        ["Error by what the car is doing", "Error by frequency", "Residuals over speed", "class=\"number share\""]
-    {
+    for words in ["Error by driving state", "Error by frequency", "Residuals over speed", "class=\"number share\""] {
         assert!(html.contains(words), "{words}");
     }
-    // How well parameters are known, as the terminal says it: bounds in parentheses, samples, what each goes with.
+    // Intervals of the parameters, as on the terminal: bounds in parentheses, samples, the most correlated parameter of each.
     let fitted: Value = serde_json::from_str(&written).expect("JSON");
     let known = fitted["identifiability"]["parameters"].as_object().expect("intervals");
     let is_determined = |known: &Value| known["determined"] == true;
@@ -187,7 +185,7 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
         assert!(cells[4].ends_with(&format!(">{samples:.0}")), "{name}: {}", cells[4]);
     }
     assert!(html.contains("goes with (correlation)"));
-    // The budget's shares of the time are those of the file: how long the measured car stands.
+    // The budget's shares of the time are those of the file: standing time of the measured car.
     let simulation = fs::read_to_string(folder.join("simulation.csv")).expect("written");
     let first =
         serde_json::from_str::<Value>(&written).expect("JSON")["data"][0]["first_scored"].as_u64().expect("a number");
@@ -277,7 +275,7 @@ fn a_simulation_of_another_drive_is_neither_mixed_with_a_calibration_nor_drawn_w
         let said = report();
         assert!(said.contains(told) && said.contains("its charts are left out"), "{said}");
         let html = fs::read_to_string(&page).expect("written");
-        assert!(html.contains("No simulation of this result lies beside it") && !html.contains("Error by frequency"));
+        assert!(html.contains("The folder has no simulation of this result") && !html.contains("Error by frequency"));
     }
 }
 
@@ -296,11 +294,14 @@ fn a_calibration_leaves_no_file_of_the_one_before_it_in_its_folder() {
     assert!(calibrate(&[&one, &two, "--joint"]).status.success());
     fs::write(out.join("plot_of_mine.svg"), "").expect("written");
     let said = stderr(&calibrate(&[&one]));
-    assert!(said.contains("had left there: plot_1.svg, plot_2.svg, simulation_1.csv, simulation_2.csv\n"), "{said}");
+    assert!(
+        said.contains("files of an earlier result: plot_1.svg, plot_2.svg, simulation_1.csv, simulation_2.csv\n"),
+        "{said}"
+    );
     assert_eq!(names(), ["plot.svg", "plot_of_mine.svg", "result.json", "run.json", "simulation.csv", "timing.json"]);
     let said = stderr(&calibrate(&[&one]));
-    assert!(!said.contains("had left there"), "{said}");
-    // Files that no result has written, whatever their names, are nobody's to remove, and least of all those that are read.
+    assert!(!said.contains("files of an earlier result"), "{said}");
+    // Files that no result has written must not be removed, whatever their names, and least of all input files.
     let own = folder.join("own");
     fs::create_dir(&own).expect("made");
     let inputs = ["simulation_1.csv", "simulation_2.csv"].map(|name| own.join(name));
@@ -334,7 +335,7 @@ fn a_report_says_of_what_it_can_be_and_is_html() {
     assert!(code == 2 && said.contains(&expected), "{said}");
     ok(&["report", text(&first), "-o", text(&page)]);
     let (code, said) = fails(&["report", &one, "-o", text(&page)]);
-    assert!(code == 1 && said.contains("or its result.json or diagnosis.json; this file is no JSON"), "{said}");
+    assert!(code == 1 && said.contains("or its result.json or diagnosis.json; this file is not JSON"), "{said}");
     assert!(!said.contains("because:"), "{said}");
     let pdf = folder.join("page.pdf");
     let (code, said) = fails(&["report", text(&first), "-o", text(&pdf)]);

@@ -1,4 +1,4 @@
-//! `leadlag export sumo`: the vehicle type, what cannot be exported, and SUMO itself beside leadlag, where it is installed
+//! `leadlag export sumo`: the vehicle type, the parts that cannot be exported, and SUMO itself beside leadlag, if it is installed
 //! (`scripts/check-sumo` installs it and runs this file).
 
 use crate::common::program::{leadlag, ok, text};
@@ -36,7 +36,7 @@ fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&ok(&[arguments, &["--json"]].concat())).expect("JSON")
 }
 
-/// True if SUMO can be run. `LEADLAG_SUMO_TEST` says that it must be.
+/// True if SUMO can be run. `LEADLAG_SUMO_TEST` requires it.
 fn sumo(test: &str) -> bool {
     let found = leadlag::internal::sumo::find(None);
     if found.is_err() {
@@ -73,7 +73,7 @@ fn a_type_has_the_parameters_and_says_what_it_has_not() {
     let page = report(&folder);
     assert!(page.contains("<p>Not exported: the perception delay, tau_p = 0.3000 s.</p>"));
     assert!(page.contains("It was not run (--no-run)."));
-    // Calibrated again into the same folder: what was exported is of another result.
+    // Calibrated again into the same folder: the export belongs to another result.
     let result = folder.join("result.json");
     let changed = fs::read_to_string(&result).expect("it was written") + "\n";
     fs::write(&result, changed).expect("writable");
@@ -105,7 +105,7 @@ fn an_export_leaves_no_file_of_an_earlier_one() {
     }
     export();
     assert_eq!(names(&sumo), ["loss.json", "own.txt", "run.json", "vtype.add.xml"]);
-    // What a killed export had begun to put in its place is completed by whoever reads it.
+    // The next reader completes the change of a killed export.
     fs::create_dir(sumo.join(".leadlag-ready")).expect("writable");
     fs::rename(sumo.join("loss.json"), sumo.join(".leadlag-ready/loss.json")).expect("writable");
     fs::write(sumo.join(".leadlag-ready/.list"), "+ vtype.add.xml\n+ loss.json\n").expect("writable");
@@ -169,7 +169,7 @@ fn what_sumo_has_not_is_refused() {
     assert!(message.contains("no SUMO found: nowhere/sumo cannot be run; install it"), "{message}");
 }
 
-/// SUMO computes in f64 what Eqs. 2, 3 and 1 say, in another order; over 1200 steps that is all that is left \[m, m/s, m/s2\].
+/// SUMO computes Eqs. 2, 3 and 1 in f64, in another order; over 1200 steps only that remains \[m, m/s, m/s2\].
 const ROUNDING: f64 = 1e-8;
 
 #[test]
@@ -225,7 +225,7 @@ fn the_acc_of_sumo_keeps_a_larger_gap_at_low_speed_as_is_said() {
     );
 }
 
-/// Laws that SUMO has, and by how much its spacing may differ \[m, root mean square\]: the ACC by rounding; Krauss' model, whose positions follow
+/// Laws that SUMO has, and the largest difference of its spacing \[m, root mean square\]: the ACC by rounding; Krauss' model, whose positions follow
 /// by another speed of the step; Wiedemann 99, for which SUMO draws random numbers.
 const LAWS_OF_SUMO: [(&str, f64); 3] = [("acc_milanes", ROUNDING), ("krauss", 0.5), ("w99", 1.0)];
 

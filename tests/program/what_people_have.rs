@@ -1,4 +1,4 @@
-//! Files that people really have: what is read of them, and what is said of them. Made-up drives, written here.
+//! Files as users have them: their content as read, and the messages. Synthetic drives, written here.
 
 use crate::common::parquet_table::parquet;
 use crate::common::program::{fails, leadlag, scratch, stderr, stdout, succeeds, text};
@@ -41,7 +41,7 @@ fn inspect(arguments: &[&str]) -> String {
     stdout(&succeeds(&[&["inspect"], arguments].concat()))
 }
 
-/// A short calibration: what it says, and whether it succeeds.
+/// A short calibration: its messages, and whether it succeeds.
 fn calibrate(files: &[&str], extra: &[&str], out: &Path) -> (bool, String) {
     let search = ["--model", "idm", "--max-evaluations", "200", "--no-intervals", "--out", text(out)];
     let output = leadlag(&[&["calibrate"], files, &search, extra].concat());
@@ -159,7 +159,7 @@ fn the_pieces_of_a_table_are_calibrated_jointly_or_one_by_one() {
     assert_eq!(trajectories("each/table_follower1_trajectory1"), 1);
     let (done, said) = calibrate(&[text(&table)], &["--trajectory", "3"], &folder.join("broken"));
     assert!(!done && said.contains("column Speed_FAV: expected a finite number, found \"?\""), "{said}");
-    // What is calibrated on one is simulated on several, and all of them are checked.
+    // A calibration on one is simulated on several, and all of them are checked.
     let (fit, out) = (folder.join("each/table_follower1_trajectory1"), folder.join("out"));
     let again =
         ["simulate", text(&table), "--result", text(&fit), "--trajectory", "0,1", "--json", "--out", text(&out)];
@@ -204,7 +204,7 @@ fn a_follower_is_chosen_by_the_name_of_its_car() {
     );
 }
 
-/// Reads a table with a map, and says what `inspect` does.
+/// Reads a table with a map, and returns the output of `inspect`.
 fn mapped(test: &str, table: &str, map: &str) -> String {
     let folder = write(test, &[("table.csv", table), ("map.toml", map)]);
     inspect(&[text(&folder.join("table.csv")), "--columns", text(&folder.join("map.toml"))])
@@ -357,18 +357,18 @@ fn the_vehicle_ahead_is_found_by_lane_and_position() {
 fn positions_on_a_ring_go_on_where_a_lap_ends() {
     let ring = format!("lap_length = 160\n{TRACKS}");
     let said = mapped("ring", &tracks(Some(160.0)), &ring);
-    // On the ring somebody is ahead of the first car, too.
+    // On the ring a car is ahead of the first one, too.
     assert!(said.contains("5 pairs of a follower") && !said.contains("contradict"), "{said}");
     let (_, gaps) = said.split_once("vehicle 3 ").expect("it follows");
     assert!(gaps.lines().next().expect("its line").contains("35.5-35.5"), "{said}");
-    // Without the length of the lap the ends of laps are no driving, either.
+    // Without the length of the lap the ends of laps are not driving, either.
     let said = mapped("no_lap", &tracks(Some(160.0)), TRACKS);
     assert!(!said.contains("contradict"), "{said}");
 }
 
 #[test]
 fn a_pause_on_a_ring_is_no_other_car() {
-    // All drive on by 100 m of 160 m while nobody looks.
+    // All cars advance by 100 m of 160 m during the pause.
     let is_seen =
         |row: &&str| row.split(',').nth(1).is_none_or(|t| t.parse().is_ok_and(|t| !(5.05..14.95).contains(&t)));
     let table = tracks(Some(160.0));
@@ -387,13 +387,13 @@ fn numbers_that_come_again_are_other_cars() {
         table += &(fields.join(",") + "\n");
     }
     let said = mapped("again", &table, TRACKS);
-    assert!(said.contains("8 pairs of a follower") && said.contains("8 vehicles bear 4 numbers"), "{said}");
+    assert!(said.contains("8 pairs of a follower") && said.contains("8 vehicles have 4 numbers"), "{said}");
 }
 
 #[test]
 fn groups_of_pairs_that_begin_anew_or_are_broken_do_not_cost_the_others() {
     let mut table = "drive,t,vl,vf,gap\n".to_owned();
-    // Another gap each: rows that are the same letter by letter would be taken once.
+    // Another gap each: identical rows would be used once.
     for (more, name, broken) in [(0.0, "a", false), (1.0, "a", false), (2.0, "b", true), (3.0, "c", false)] {
         for (i, [t, v_l, _, v_f, _, gap]) in drive(12.0).into_iter().enumerate() {
             let v_f = if broken && i == 9 { -7.0 } else { v_f };
@@ -408,18 +408,15 @@ fn groups_of_pairs_that_begin_anew_or_are_broken_do_not_cost_the_others() {
     let (file, map) = (there.join("table.csv"), there.join("map.toml"));
     let columns = ["--columns", text(&map)];
     let said = inspect(&[&[text(&file), "--trajectory", "a.2,b"], &columns[..]].concat());
-    assert!(said.contains("line 123: the time starts anew, so two trajectories bear the id a"), "{said}");
-    assert!(
-        said.contains("cannot be calibrated as it is") && said.contains("at least -0.5 m/s forwards, found -7"),
-        "{said}"
-    );
+    assert!(said.contains("line 123: the time restarts, so two trajectories have the id a"), "{said}");
+    assert!(said.contains("cannot be calibrated") && said.contains("at least -0.5 m/s forwards, found -7"), "{said}");
     let (done, said) = calibrate(&[text(&file)], &[&["--joint"], &columns[..]].concat(), &there.join("fit"));
     assert!(done && said.contains("1 of 4 trajectories cannot be used; the first of them is b"), "{said}");
 }
 
 #[test]
 fn a_broken_value_does_not_cost_the_later_ones_that_bear_its_name() {
-    // Rows that are the same letter by letter would be taken once.
+    // Identical rows would be used once.
     let broken = |piece: usize, i: usize, v_f: f64| {
         if (piece, i) == (0, 9) { "?".to_owned() } else { format!("{:.4}", v_f + 1e-3 * piece as f64) }
     };
@@ -444,7 +441,7 @@ fn a_broken_value_does_not_cost_the_later_ones_that_bear_its_name() {
             assert!(done == usable && (done || said.contains("found \"?\"")), "{name}, {id}: {said}");
         }
     }
-    // Of vehicle 3 at 1 s the speed; the same numbers come again later.
+    // The speed of vehicle 3 at 1 s; the same numbers come again later.
     let first = tracks(None).replacen("\n3,1.0,10.000,1,10.0,", "\n3,1.0,10.000,1,?,", 1);
     let later = tracks(None).lines().skip(1).fold(String::new(), |all, row| {
         let mut fields: Vec<&str> = row.split(',').collect();
@@ -538,7 +535,7 @@ fn a_parquet_table_is_read_as_the_same_table_of_text_is() {
     .unwrap();
     let said = inspect(&[text(&file), "--columns", text(&map)]);
     assert!(said.contains("201 rows") && said.contains("1 rows incomplete"), "{said}");
-    // One that is cut off.
+    // A truncated one.
     let whole = fs::read(&file).unwrap();
     let broken = folder.join("broken.parquet");
     fs::write(&broken, &whole[..whole.len() / 2]).unwrap();
@@ -581,7 +578,7 @@ fn an_export_to_sumo_says_for_which_step_it_is_meant() {
     assert!(xml.contains("step-length 0.1 step-method.ballistic true; tau = 0.400 s is below the 1 s"), "{xml}");
 }
 
-/// Tables of a vehicle and of a road that no car and no road has, with what is said.
+/// Tables of an impossible vehicle and an impossible road, with their messages.
 #[test]
 fn absurd_tables_are_refused_with_line_value_and_range() {
     let vehicle = "[my_car]\nmass_unladen_kg = 1500.0\nphi = 1.04\nf_0_N = [150.0, 160.0]\nf_1_N_per_kmh = [0.1, 0.2]\n\

@@ -1,7 +1,7 @@
 //! Compensated motion against whole numbers: two words carry a sum that one word would round.
 //!
 //! Speeds near 2^30 m/s have a last bit of 2^-22 in f64, so that steps of 2^-30 are lost unless they are carried on. All
-//! products are exact by the choice of the numbers, so that whole numbers of 2^-60 say what the sum is.
+//! products are exact by the choice of the numbers, so that whole numbers of 2^-60 give the sum.
 
 use leadlag::internal::lanes::Function;
 use leadlag::internal::optimize::stream;
@@ -10,11 +10,11 @@ use rand::RngExt;
 /// Fractional bits of the whole numbers.
 const BITS: i32 = 60;
 
-/// What the low word of the speed may lose \[2^-60\]: it is a sum of small numbers, rounded itself. Not smaller: a low word of
+/// Error that the low word of the speed may have \[2^-60\]: it is a sum of small numbers, rounded itself. Not smaller: a low word of
 /// up to 2^-20 has a last bit of 2^-73; a mutant loses 2^-30.
 const LOST_SPEED: i128 = 1 << 12;
 
-/// What the spacing may lose: half of the last bit of the way driven in the step (2^27 m), which is one word by design; in a
+/// Error that the spacing may have: half of the last bit of the way driven in the step (2^27 m), which is one word by design; in a
 /// real drive that is 2^-23 m in f32, and not carried on.
 const LOST_SPACING: i128 = (1 << 34) + LOST_SPEED;
 

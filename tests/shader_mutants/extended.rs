@@ -1,4 +1,4 @@
-//! Tells whether the text of an extension, or of what all extensions share, computes what the reference computes.
+//! Shows whether the text of an extension, or the common text of all extensions, computes the results of the reference.
 
 use crate::common::extended::{BASES, WHOLE_RUN, WHOLE_RUN_PERIODIC, case, spread, with};
 use leadlag::internal::evaluator::{Case, Evaluator, Job, Outcome, Population};
@@ -10,7 +10,7 @@ use leadlag::internal::wgsl::extension_named;
 /// Candidates of a judge.
 const CANDIDATES: usize = 12;
 
-/// A model with an extension, and what it should compute.
+/// A model with an extension, and its correct results.
 pub struct Judge {
     case: Case,
     population: Population,
@@ -24,10 +24,10 @@ pub fn judges_file(file: &str) -> bool {
     ["shaders/extension/", "shaders/equilibrium/", LAW].iter().any(|part| file.starts_with(part))
 }
 
-/// What all laws begin with.
+/// Common begin of all laws.
 const LAW: &str = "shaders/controller/law.wgsl";
 
-/// Those who judge a file.
+/// The judges of a file.
 pub fn judges(file: &str) -> Vec<Judge> {
     if file == LAW {
         return vec![Judge::new("krauss", "grade")];
@@ -61,7 +61,7 @@ impl Judge {
         Judge { case, population, expected, tolerance }
     }
 
-    /// What is noticed with other texts in the place of files.
+    /// Differences that are noticed with other texts in the place of files.
     pub fn verdict(&self, replace: &dyn Fn(&str, &str) -> Option<String>) -> Result<(), String> {
         let mut lanes = lanes(&self.case, replace).map_err(|e| e.to_string())?;
         let jobs = [Job { case: 0, population: &self.population }];

@@ -1,4 +1,4 @@
-//! Tells whether a text computes what the reference computes, in f64 and without a GPU.
+//! Shows whether a text computes the results of the reference, in f64 and without a GPU.
 
 use super::exact;
 use super::shots::{Shot, shots};
@@ -48,7 +48,7 @@ impl Judge {
         (1..=self.original.text().lines().count()).any(|line| self.original.locate(line).0 == file)
     }
 
-    /// What is wrong with a text, if anything is noticed.
+    /// The first fault of a text that is noticed, if any.
     pub fn verdict(&self, replace: &dyn Fn(&str, &str) -> Option<String>) -> Result<(), String> {
         let source = Source::model_with(&self.recipe, replace);
         let checked = check(&source).map_err(|e| e.to_string())?;
@@ -80,7 +80,7 @@ impl Judge {
             let [a_free, a, feasible] = done[now.len()..] else { panic!("Step is the next state and three values") };
             let compared = if shot.start_only { &[][..] } else { &["spacing", "speed", "acceleration"] };
             for (k, name) in compared.iter().enumerate() {
-                // What compensation keeps in a second word belongs to the value; there is none of the acceleration.
+                // The second word of a compensated value belongs to the value; the acceleration has none.
                 let low = if now.len() > 3 && k < 2 { done[3 + k] } else { 0.0 };
                 close(done[k] + low, shot.next[k], number, name)?;
             }

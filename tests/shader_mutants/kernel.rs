@@ -1,6 +1,6 @@
-//! Tells whether a changed text still gives the same bits on the GPU: for the files that only a GPU runs as they stand.
+//! Shows whether a changed text still gives the same bits on the GPU: for the files that only a GPU runs unchanged.
 //!
-//! That the unchanged text is right is for other tests to say: they compare its bits with `lanes` and its scores with the reference.
+//! Other tests check that the unchanged text is right: they compare its bits with `lanes` and its scores with the reference.
 
 use super::text::Mutant;
 use crate::common::gpu::{case, job, population, vehicle};
@@ -17,10 +17,10 @@ use std::sync::Arc;
 /// Samples of a submission, so that every longer run is interrupted, and never at the end of a block or of the ring.
 const CHUNK: u32 = 13;
 
-/// Something that is run on the GPU, and what came out without any change, as text (shortest round-trip form: every bit counts).
+/// A run on the GPU, and its result without any change, as text (shortest round-trip form: every bit counts).
 struct Scene {
     gpu: Gpu,
-    /// Run one after the other: what the first leaves behind in the buffers is wrong for the second.
+    /// Run one after the other: data of the first in the buffers are wrong for the second.
     populations: [Population; 2],
     what: What,
     expected: String,
@@ -67,8 +67,8 @@ fn everything_command(state: State, w: World, x: Perceived, a_cmd: f32) -> Done 
 }
 ";
 
-/// Variant (with two plus signs behind it: with the extension above), precision, what is asked for, goodness of fit, longest delay \[s\], clipping or rejecting: until everything in the kernel
-/// decides somewhere. Kernels that a driver compiles quickly come first, for the first scene that notices a mutant is the last.
+/// Variant (with two plus signs behind it: with the extension above), precision, request, goodness of fit, longest delay \[s\], clipping or rejecting: until everything in the kernel
+/// decides somewhere. Kernels that a driver compiles quickly come first, because the first scene that notices a mutant is the last.
 const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 11] = [
     ("idm+linear+constant", Precision::Plain, What::Scores, "nrmse-sva", 0.8, BoundRule::Reject),
     ("l-cth", Precision::Plain, What::Scores, "rmspe-sva", 0.8, BoundRule::Clip),
@@ -87,7 +87,7 @@ const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 11] = [
 /// Lines of a file that the same scenes are likely to run.
 const NEAR: usize = 2;
 
-/// All scenes, run once as they are.
+/// All scenes, run once unchanged.
 pub struct Scenes {
     all: Vec<Scene>,
     /// File and line of the last mutant that was noticed, and the scene that did.
@@ -99,7 +99,7 @@ impl Scenes {
         Scenes { all: SCENES.into_iter().map(Scene::new).collect(), noticed: None }
     }
 
-    /// What is noticed of a mutant, by whichever scene does first: most kernels never run a given line.
+    /// The first difference that a scene notices: most kernels never run a given line.
     pub fn verdict(&mut self, mutant: &Mutant) -> Result<(), String> {
         let near =
             |(file, line, _): &&(String, usize, usize)| *file == mutant.file && line.abs_diff(mutant.line) <= NEAR;
@@ -171,7 +171,7 @@ fn cases(variant: Variant, convention: Convention, tau_p_upper: f64) -> Vec<Case
     cases
 }
 
-/// Replaces speeds and what follows from them.
+/// Replaces speeds and the values derived from them.
 fn drive(case: &mut Case, gap: f64, v_l: impl Fn(usize) -> f64, v_f: impl Fn(usize) -> f64) {
     let n = case.s.len();
     let (v_l, v_f): (Vec<f64>, Vec<f64>) = ((0..n).map(v_l).collect(), (0..n).map(v_f).collect());
@@ -264,7 +264,7 @@ impl Scene {
         Ok(text)
     }
 
-    /// What is noticed with another text in the place of a file.
+    /// Differences that are noticed with another text in the place of a file.
     fn verdict(&mut self, file: &str, text: &str) -> Result<(), String> {
         self.gpu.replace_shader(file, text).map_err(|e| e.to_string())?;
         let found = self.run()?;

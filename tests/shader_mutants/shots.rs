@@ -1,4 +1,4 @@
-//! Single steps from states that no drive would show one after the other, and what the reference makes of them.
+//! Single steps from states that no drive would show one after the other, and the results of the reference.
 
 use leadlag::internal::catalog::{Controller, Variant};
 use leadlag::internal::convention::{Convention, Radicand};
@@ -12,7 +12,7 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::sync::Arc;
 
-/// One step: what goes into the functions of the text, and what the reference says comes out.
+/// One step: arguments of the functions of the text, and the results of the reference.
 #[derive(Debug, Clone)]
 pub struct Shot {
     /// The parameters of the variant, in the order of `Params`.
@@ -118,12 +118,12 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
         earliest: 1,
     };
     let run = simulate(&case, &p, trace);
-    // A start that is already a crash, or a step that is no number, has no next state to compare.
+    // A start that is already a crash, or a step of NaN, has no next state to compare.
     let [start, s_next] = trace.s[..] else { return None };
     if run.failure.is_some_and(|f| f.kind == FailureKind::NotFinite) {
         return None;
     }
-    // Near zero the root of a radicand turns the last bit into a whole digit: no tolerance suits what follows from it. A start
+    // Near zero the root of a radicand turns the last bit into a whole digit: no tolerance suits the results. A start
     // that was shifted has a radicand of zero.
     let room = 2.0 * (start - p.d_0) - p.t_h * v_f - v_l * v_l / p.a_hat_min;
     let radicand = p.a_min * p.a_min * h * h - p.a_min * room;

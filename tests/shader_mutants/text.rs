@@ -62,7 +62,7 @@ fn tokens(text: &str) -> Vec<Token> {
     tokens
 }
 
-/// What becomes of a constant; `None` for what is no constant of the computation.
+/// Replacements of a constant; `None` for one outside the computation.
 fn other_number(number: &str) -> Option<(String, String)> {
     if let Some(digits) = number.strip_prefix("0x") {
         let value = u32::from_str_radix(digits.trim_end_matches('u'), 16).expect("a hexadecimal number");
@@ -82,7 +82,7 @@ fn other_number(number: &str) -> Option<(String, String)> {
     Some((format!("{}{suffix}", value + 1), format!("{}{suffix}", value + 1)))
 }
 
-/// What a sign between two operands may become.
+/// Replacements of a sign between two operands.
 fn other_signs(sign: &str) -> &'static [&'static str] {
     match sign {
         "+" => &["-"],
@@ -128,7 +128,7 @@ pub fn mutants(file: &str, text: &str) -> Vec<Mutant> {
         let text = format!("{before}{new}{}", &text[end..]);
         found.push(Mutant { file: file.to_owned(), line, column, source, change, text });
     };
-    // Depth of `<` that belong to types, whose `>` are no comparisons, and of `@attribute(...)`.
+    // Depth of `<` that belong to types, whose `>` are not comparisons, and of `@attribute(...)`.
     let (mut types, mut attribute_until) = (0, 0);
     for (i, token) in tokens.iter().enumerate() {
         let here = word(i);
@@ -185,7 +185,7 @@ pub fn mutants(file: &str, text: &str) -> Vec<Mutant> {
     found
 }
 
-/// True if what stands before token `i` is an operand, so that a `-` there subtracts.
+/// True if token `i` follows an operand, so that a `-` there subtracts.
 fn ends_operand(tokens: &[Token], text: &str, i: usize) -> bool {
     let Some(before) = i.checked_sub(1).map(|k| tokens[k]) else { return false };
     let word = &text[before.start..before.end];

@@ -1,7 +1,7 @@
-//! Tells whether the functions of shaders/power.wgsl and shaders/exponential.wgsl still have the same values, to the bit, at many points
+//! Shows whether the functions of shaders/power.wgsl and shaders/exponential.wgsl still have the same values, to the bit, at many points
 //! and at all of their edges.
 //!
-//! That the unchanged text is right is for tests/equality/power.rs to say, and for the probes of `leadlag doctor`, which compare it with its twin.
+//! tests/equality/power.rs, and the probes of `leadlag doctor`, which compare it with its twin, check that the unchanged text is right.
 
 use leadlag::internal::gpu::{Adapter, AdapterChoice, values};
 use std::collections::BTreeMap;
@@ -20,7 +20,7 @@ pub struct Values {
     expected: Vec<u32>,
 }
 
-/// These points first, then a geometric row of so many others between two values.
+/// These points first, then a geometric row of this many others between two values.
 fn points(edges: &[f32], from: f64, to: f64) -> Vec<f32> {
     let others = POINTS - edges.len();
     let between = |k: usize| (from * (to / from).powf(k as f64 / others as f64)) as f32;
@@ -32,7 +32,7 @@ impl Values {
         const NAN: f32 = f32::NAN;
         const MIN: f32 = f32::MIN_POSITIVE;
         let adapter = Adapter::choose(&AdapterChoice::Best).unwrap_or_else(|e| panic!("{e}"));
-        // Around the place where the mantissa is split, and bits that only a mask tells apart.
+        // Around the place where the mantissa is split, and bits that only a mask distinguishes.
         let around = |x: f32| [x.next_down(), x, x.next_up()];
         let splits = [FRAC_1_SQRT_2, SQRT_2, 1.0].map(around).concat();
         let edges = [0.0, -0.0, -1.0, 0.5 * MIN, MIN, 1.005 * MIN, 1.02 * MIN, f32::INFINITY, NAN];
@@ -68,7 +68,7 @@ impl Values {
         values(&self.adapter, &text, &self.inputs, 3 * POINTS)
     }
 
-    /// What is noticed of another text in the place of a file.
+    /// Differences that are noticed with another text in the place of a file.
     pub fn verdict(&self, file: &str, text: &str) -> Result<(), String> {
         let found = self.computed(file, text)?;
         let is_nan = |bits: u32| f32::from_bits(bits).is_nan();

@@ -1,4 +1,4 @@
-//! A tiny study and what to do with it.
+//! A tiny study and helpers for it.
 
 #[path = "../common/program.rs"]
 mod program;
@@ -81,7 +81,7 @@ pub fn small(name: &str) -> PathBuf {
     planned(name, &plan_text(2, 300))
 }
 
-/// What an uninterrupted run of the small plan merges to, computed once.
+/// Merged tables of an uninterrupted run of the small plan, computed once.
 pub fn expected() -> &'static BTreeMap<String, Vec<u8>> {
     static BYTES: OnceLock<BTreeMap<String, Vec<u8>>> = OnceLock::new();
     BYTES.get_or_init(|| {

@@ -1,4 +1,4 @@
-//! A disk that takes no more: an error that says so, nothing half written, and the same bytes once there is room.
+//! A full disk: an error that says so, no incomplete file, and the same bytes once there is room.
 //!
 //! Everywhere: a limit on the size of files, which makes every write of a part fail. Where the test may mount a file system (root on
 //! Linux): a real one of 48 KiB that fills up on the way; elsewhere that part is skipped by name.
@@ -23,7 +23,7 @@ fn a_limit_on_file_sizes_stops_the_run_and_leaves_nothing_half_written() {
     assert_eq!(output.status.code(), Some(1), "{}", stderr(&output));
     let said = stderr(&output);
     assert!(said.contains(": cannot write the file\n  because: "), "{said}");
-    assert!(said.contains("0 of 24 tasks are done and kept; after mending: leadlag study run"), "{said}");
+    assert!(said.contains("0 of 24 tasks are done and kept; after a correction: leadlag study run"), "{said}");
     assert_eq!(files(&study.join("parts")).len(), 0, "nothing is left of what could not be written");
     ok(&["study", "run", text(&study)]);
     same(&merged(&study, &[]), expected(), "after the limit");

@@ -1,4 +1,4 @@
-//! Plans with extensions: part of what a task is, kept with the study, columns of their own.
+//! Plans with extensions: part of a task, kept with the study, columns of their own.
 
 use super::common::{fails, leadlag, ok, plan_text, scratch, stderr, text};
 use leadlag::internal::study::{Plan, Study};
@@ -7,7 +7,7 @@ use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-const OWN: &str = "//! The car brakes less than it is told to.
+const OWN: &str = "//! The car brakes less than commanded.
 struct Parameters {
     /// share of the braking that is lost [-], 0 to 0.9, neutral 0
     lost: f32,
@@ -61,7 +61,7 @@ fn an_extended_study_keeps_the_text_and_tells_its_parameters() {
     assert!(said.contains("calibration.bounds.w_none: not a parameter of any variant"), "{said}");
     fs::write(&file, wrong.replace(", w_none = 0", "")).unwrap();
     ok(&["study", "plan", text(&file), "--out", text(&study)]);
-    // Nothing but the folder of the study is needed any more.
+    // Only the folder of the study is needed from here on.
     fs::remove_file(file.with_file_name("soft.wgsl")).unwrap();
     ok(&["study", "run", text(&study)]);
     // As the program advises where data, plan or program have changed.
@@ -94,7 +94,7 @@ fn extensions_that_cannot_be_say_why() {
     for (extend, message) in [
         ("\"actuation_lug\"", "did you mean `actuation_lag`?"),
         ("\"hard.wgsl\"", "hard.wgsl: cannot be read; its name starts from the folder of the plan"),
-        ("\"soft.wgsl\", \"soft.wgsl\"", "calibration.extend: extension soft: it is part of the model already"),
+        ("\"soft.wgsl\", \"soft.wgsl\"", "calibration.extend: extension soft: the model contains it already"),
     ] {
         let file = plan("extend_bad", &format!("extend = [{extend}]"), OWN);
         let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
@@ -188,7 +188,7 @@ fn cars_without_a_name_are_told_to_be_taken_for_one() {
     assert!(!apart.contains("do not name the cars"), "{apart}");
 }
 
-/// What a validation run reads decides what a task results in; so do the bytes of its file, whose checksum the part holds.
+/// All input of a validation run decides the result of a task; so do the bytes of its file, whose checksum the part holds.
 #[test]
 fn an_id_changes_with_what_is_read_of_the_other_drives_and_with_their_files() {
     let file = pair(0.0, 15.0);
@@ -206,7 +206,7 @@ fn an_id_changes_with_what_is_read_of_the_other_drives_and_with_their_files() {
     assert_eq!(ids("", &file), beside[0]);
 }
 
-/// The same numbers from another time on: when a run ends is told in the time of the file.
+/// The same numbers from another time on: the end of a run is given in the time of the file.
 #[test]
 fn an_id_changes_with_the_time_at_which_a_drive_begins() {
     let steady = |rows: std::ops::Range<i32>| {

@@ -51,7 +51,7 @@ fn killed_again_and_again_with_the_default_optimiser_too() {
 }
 
 fn kill_runs(optimizer: &str, evaluations: u32) {
-    // 120 tasks: more work than what fits between the kills, so that nearly all of them hit.
+    // 120 tasks: more work than fits between the kills, so that nearly all of them hit.
     let plan = plan_by(optimizer, 10, evaluations);
     let calm = planned(&format!("kill_calm_{optimizer}"), &plan);
     let began = Instant::now();
@@ -92,8 +92,8 @@ fn kill_runs(optimizer: &str, evaluations: u32) {
     same(&merged(&study, &[]), &expected, "after the kills");
 }
 
-/// Kills a command, at a moment before its end, until so many kills have hit it. What it makes is taken away before each try, and looked
-/// at after it.
+/// Kills a command, at a moment before its end, until this many kills have hit it. Its output is removed before each try, and examined
+/// after it.
 fn kill_command(arguments: &[&str], makes: &Path, look: &dyn Fn()) {
     let began = Instant::now();
     ok(arguments);
@@ -111,7 +111,7 @@ fn kill_command(arguments: &[&str], makes: &Path, look: &dyn Fn()) {
     ok(arguments);
 }
 
-/// The files of a folder, without what a killed process has left there under a temporary name.
+/// The files of a folder, without those that a killed process has left there under a temporary name.
 fn whole_files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     files(folder).into_iter().filter(|(name, _)| !name.ends_with(".tmp")).collect()
 }
@@ -172,7 +172,7 @@ fn what_a_killed_run_had_claimed_another_one_takes_over() {
     same(&merged(&study, &[]), &merged(&calm, &[]), "after a run beside it was killed");
 }
 
-/// Waits until a run works on tasks: there are claims of some, and they are held.
+/// Waits until a run works on tasks, that is, until it holds claims.
 #[cfg(unix)]
 fn at_work(study: &Path) {
     let folder = Folder::open(study).expect("it was planned");
@@ -182,7 +182,7 @@ fn at_work(study: &Path) {
     }
 }
 
-/// Sends a signal to a run at work; returns what it says, and asserts that it ends in time, as one that was interrupted.
+/// Sends a signal to a run at work; returns its output, and asserts that it ends in time, as one that was interrupted.
 #[cfg(unix)]
 fn signalled(run: Child, study: &Path, signal: &str, limit: Duration) -> String {
     at_work(study);
@@ -196,7 +196,7 @@ fn signalled(run: Child, study: &Path, signal: &str, limit: Duration) -> String 
     stderr(&output)
 }
 
-/// Ctrl-C, and what schedulers send when the time of a job is over.
+/// Ctrl-C, and the signal of schedulers when the time of a job is over.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_or_a_scheduler_ends_it_within_a_second_and_it_says_how_to_go_on() {
@@ -204,7 +204,7 @@ fn ctrl_c_or_a_scheduler_ends_it_within_a_second_and_it_says_how_to_go_on() {
     for signal in ["-INT", "-TERM"] {
         let said = signalled(start(&study, "16"), &study, signal, Duration::from_secs(1));
         assert!(said.contains("interrupted: ") && said.contains(" of 600 tasks are done and kept"), "{said}");
-        assert!(said.contains(&format!("go on with: leadlag study run {} --batch 16\n", study.display())), "{said}");
+        assert!(said.contains(&format!("continue with: leadlag study run {} --batch 16\n", study.display())), "{said}");
     }
     let mut run = command(&["study", "run", text(&study), "--shard", "2/3", "--data", text(data())]);
     let run = run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
@@ -218,7 +218,7 @@ fn ctrl_c_or_a_scheduler_ends_it_within_a_second_and_it_says_how_to_go_on() {
 fn a_run_that_is_not_to_wait_leaves_tasks_to_the_one_that_works_on_them() {
     let study = planned("no_wait", &plan_text(2, 20_000));
     let mut other = start(&study, "16");
-    // What it has claimed it keeps while it is stopped.
+    // A stopped process keeps its claims.
     at_work(&study);
     let stopped = Command::new("kill").args(["-STOP", &other.id().to_string()]).status().expect("kill is there");
     assert!(stopped.success());
@@ -228,7 +228,7 @@ fn a_run_that_is_not_to_wait_leaves_tasks_to_the_one_that_works_on_them() {
     assert!(output.status.success(), "{}", stderr(&output));
     let said = stderr(&output);
     assert!(number_before(&said, "are") > 0 && said.contains("running elsewhere"), "{said}");
-    assert!(said.contains(&format!("go on with: leadlag study status {}", study.display())), "{said}");
+    assert!(said.contains(&format!("continue with: leadlag study status {}", study.display())), "{said}");
 }
 
 #[test]

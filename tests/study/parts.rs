@@ -41,9 +41,9 @@ fn torn_parts_are_noticed_and_computed_again() {
     ]) {
         fs::write(path, bytes).unwrap();
     }
-    // And what a process leaves behind that is killed while it writes.
+    // And the files that a process leaves behind if it is killed while it writes.
     fs::write(study.join("parts/leftover-1-1.tmp"), &whole[..100]).unwrap();
-    // One that has no end, or hardly any, is not read to it.
+    // A file without an end, or almost, is not read completely.
     fs::File::create(study.join("parts/large.json")).unwrap().set_len(1 << 40).unwrap();
     let found = status(&study);
     assert_eq!((found["done"].as_u64(), found["damaged"].as_array().unwrap().len()), (Some(18), 7));
@@ -51,7 +51,7 @@ fn torn_parts_are_noticed_and_computed_again() {
     assert_eq!(found["unfinished"].as_array().unwrap().len(), 1);
     let (code, said) = fails(&["study", "merge", text(&study)]);
     assert_eq!(code, 1);
-    assert!(said.contains("is no whole part of this version: its task counts as missing"), "{said}");
+    assert!(said.contains("is not a complete part of this version: its task counts as missing"), "{said}");
     assert!(said.contains("6 of 24 tasks are missing"), "{said}");
     let output = leadlag(&["study", "run", text(&study)]);
     assert_eq!(number_before(&stderr(&output), "computed"), 6);
@@ -77,7 +77,7 @@ fn a_double_part_does_no_harm_and_a_contradiction_stops_the_merge() {
     assert_eq!(code, 1);
     let pair = format!("{}: contradicts {}, a part of the same task", other.display(), paths[1].display());
     assert!(
-        said.contains(&pair) && said.contains("parts contradict each other (1 pair), and nothing is made of them"),
+        said.contains(&pair) && said.contains("parts contradict each other (1 pair), and leadlag uses neither"),
         "{said}"
     );
     let shown = ok(&["study", "status", text(&study)]);
@@ -156,7 +156,7 @@ fn what_a_killed_process_was_writing_counts_for_nothing_and_goes_after_an_hour()
     fs::create_dir(study.join("report")).unwrap();
     let before = status(&study);
     let log = fs::read_dir(study.join("runs")).unwrap().next().expect("a run").unwrap().path();
-    // Nobody can lock the last one, as where a file system has no locks.
+    // No process can lock the last one, as on a file system without locks.
     fs::create_dir(study.join("claims/part")).unwrap();
     let old = [
         "runs/1-1.1-1.tmp",
@@ -171,7 +171,7 @@ fn what_a_killed_process_was_writing_counts_for_nothing_and_goes_after_an_hour()
         let long_ago = SystemTime::now() - Duration::from_secs(2 * 3600);
         fs::File::options().write(true).open(path).unwrap().set_modified(long_ago).unwrap();
     }
-    // Somebody may be about to rename this one.
+    // Another process may be about to rename this one.
     let young = study.join("runs/1-2.2-1.tmp");
     fs::copy(&log, &young).unwrap();
     let after = status(&study);

@@ -1,4 +1,4 @@
-//! Plans: what they make, and what is said about those that cannot be.
+//! Plans: their studies, and the messages about invalid ones.
 
 use super::common::{data, fails, leadlag, ok, plan_text, scratch, stderr, text};
 use leadlag::internal::study::{Plan, Study};
@@ -54,7 +54,7 @@ fn a_plan_says_what_it_uses_within_80_columns() {
     let study = folder.join("study");
     let plan = ["study", "plan", text(&file), "--out", text(&study)];
     let short = stderr(&leadlag(&plan));
-    assert!(short.contains("4 trajectories of 2 files; what was done to ") && !short.contains("sha256"), "{short}");
+    assert!(short.contains("4 trajectories of 2 files; changes to ") && !short.contains("sha256"), "{short}");
     let output = leadlag(&[&plan[..], &["--verbose"]].concat());
     let said = stderr(&output);
     let flat = said.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -80,7 +80,7 @@ fn variants_are_given_by_id_name_range_or_all() {
     assert_eq!(count("[\"gipps+delay\", \"4-5\", \"l-idm+constant\"]"), 4);
 }
 
-/// What a plan with one text replaced is refused with.
+/// Error of a plan with one text replaced.
 #[test]
 fn bad_plans_say_where_what_and_what_to_do() {
     let plan = plan_text(2, 300);
@@ -142,7 +142,7 @@ fn bad_plans_say_where_what_and_what_to_do() {
         (
             "replicates = 2",
             "evaluator = \"gpu\"\nprecision = \"f64\"",
-            "calibration.precision: precision f64 goes with evaluator lanes",
+            "calibration.precision: precision f64 needs evaluator lanes",
         ),
         ("replicates = 2", "convention = \"author\"", "did you mean `authors`?"),
         (
@@ -195,7 +195,7 @@ fn bounds_are_a_set_or_single_ones() {
     assert!(bounds("\"acc\"").is_empty());
 }
 
-/// A driver whose id two files have is one driver, and what nobody is validated on is said.
+/// A driver whose id two files have is one driver, and a warning names drivers without validation.
 #[test]
 fn a_driver_is_known_by_the_id_in_training_and_test() {
     let folder = scratch("drivers");
@@ -235,7 +235,7 @@ fn a_driver_is_known_by_the_id_in_training_and_test() {
     assert!(other.contains("0 validation runs") && other.contains("the followers are D01, D02, D03, D04"), "{other}");
 }
 
-/// Three cars in a row, told apart by ids, in a table that only a column map can read.
+/// Three cars in a row, distinguished by ids, in a table that only a column map can read.
 #[test]
 fn a_table_with_a_column_map_gives_the_pair_that_the_plan_names() {
     let folder = scratch("columns");
@@ -289,7 +289,7 @@ fn a_table_with_a_column_map_gives_the_pair_that_the_plan_names() {
 fn data_that_are_not_there_say_how_to_name_others() {
     let file = scratch("no_data").join("plan.toml");
     let out = file.with_file_name("study");
-    // As in `calibrate`: 1 for files that cannot be read, 2 for what asks for something that is not there.
+    // As in `calibrate`: 1 for unreadable files, 2 for requests of missing items.
     for (expected, from, to, message) in [
         (
             1,
@@ -351,7 +351,7 @@ fn the_plans_that_come_with_the_program_can_be_read() {
     assert_eq!((found[3].1, found[3].2), (270, 3), "90 variants, 3 replicates, 3 platoons");
 }
 
-/// Cars 1, 2, 3 in a row, of 4, 12 and 5 m; the pair that is named, not the first of the file, says who is ahead.
+/// Cars 1, 2, 3 in a row, of 4, 12 and 5 m; the named pair, not the first of the file, gives the car ahead.
 #[test]
 fn the_length_of_the_car_ahead_is_that_of_the_pair_that_the_plan_names() {
     let folder = scratch("lengths");
@@ -379,7 +379,7 @@ fn the_length_of_the_car_ahead_is_that_of_the_pair_that_the_plan_names() {
     }
 }
 
-/// Into a pipe the tasks are listed; on a terminal a plan of thousands of them says how many there are.
+/// Into a pipe the tasks are listed; on a terminal a plan of thousands of them shows their number.
 #[cfg(target_os = "linux")]
 #[test]
 fn tasks_are_listed_on_a_terminal_only_when_asked_for() {

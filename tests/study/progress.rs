@@ -1,9 +1,9 @@
-//! What a run says while it goes on, where there is no terminal.
+//! Output of a run under way, without a terminal.
 
 use super::common::{command, leadlag, scratch, small, stderr, text};
 use std::fs;
 
-/// Whole lines of progress on stderr of a run, with so many seconds between them.
+/// Whole lines of progress on stderr of a run, with this many seconds between them.
 fn lines(name: &str, every_s: &str, further: &[&str]) -> Vec<String> {
     let study = small(name);
     let mut run = command(&["study", "run", text(&study), "--batch", "1", "--threads", "1"]);
@@ -37,7 +37,7 @@ fn quiet_verbs_say_nothing_but_errors() {
     let (code, said) = quietly(&["merge", study]);
     assert!(code == Some(1) && said.starts_with("error: 24 of 24 tasks are missing"), "{said}");
     assert_eq!(quietly(&["run", study, "--shard", "1/3"]), silent);
-    // A part that is none is worth a warning, which --quiet silences.
+    // An invalid part gives a warning, which --quiet silences.
     fs::write(std::path::Path::new(study).join("parts/torn.json"), "{").unwrap();
     assert_eq!(quietly(&["merge", study, "--partial"]), silent);
     assert_eq!(quietly(&["report", study, "--partial"]), silent);

@@ -1,4 +1,4 @@
-//! The report: its numbers follow from the tables of the study, and stand beside the paper's.
+//! The report: its numbers follow from the tables of the study, beside the paper's.
 
 use super::common::{fails, files, ok, part_names, plan_text, planned, same, text};
 use std::collections::{BTreeMap, HashMap};
@@ -14,7 +14,7 @@ fn read(bytes: &[u8]) -> Rows {
     reader.records().map(|record| headers.iter().cloned().zip(fields(record.unwrap())).collect()).collect()
 }
 
-/// Followers 1 and 2 of two platoons, the IDM with and without what the paper adds, and the base model of another class.
+/// Followers 1 and 2 of two platoons, the IDM with and without the paper's additions, and the base model of another class.
 fn finished(name: &str) -> PathBuf {
     let variants = "[\"idm\", \"idm+linear\", \"idm+delay\", \"idm+delay+linear\", \"l-cth\"]";
     let plan = plan_text(3, 600).replace("[\"idm\", \"l-cth+linear\", 28]", variants);
@@ -118,7 +118,7 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
     let summary = String::from_utf8(report["report.md"].clone()).unwrap();
     assert!(summary.contains("| agrees | IDM-based variants show almost no collision in validation"), "{summary}");
     assert!(!summary.contains("cannot tell") && summary.contains(" further statements cannot be judged"), "{summary}");
-    // The score itself stands beside its share above the best, which changes by many percent where it is small.
+    // The score itself is beside its share above the best, which changes by many percent where it is small.
     let scores = median(best.iter().filter(|row| row["variant"] == "idm").map(|row| number(row, "score")).collect());
     let head = "| id | variant | nrmse-sva | share above the best | paper | change of this share % | paper |";
     assert!(summary.contains(head) && summary.contains(&format!("| 1 | `idm` | {scores:.4} | ")), "{summary}");
@@ -131,12 +131,10 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
     ok(&["report", text(&study), "-o", text(&page)]);
     let html = fs::read_to_string(&page).unwrap();
     assert!(html.contains("<h1>Study ") && html.contains("<title>1 idm: median "), "figures tell their numbers");
-    // The answer comes first, and what the study cannot tell is one line.
+    // The answer comes first, and the statements that the study cannot decide are one line.
     let (before, rest) = html.split_once("</strong> Median NRMSE(s,v,a) there ").expect("an answer");
     assert!(before.contains("<p class=\"verdict\">") && !before.contains("</section>"));
-    assert!(
-        before.contains("not calibrated on") && rest.contains("the larger of two nested variants always fits better")
-    );
+    assert!(before.contains("unseen drives") && rest.contains("the larger of two nested variants always fits better"));
     assert!(summary.contains("not calibrated on"), "{summary}");
     assert!(!html.contains("<td>cannot tell</td>") && html.contains(" further statements cannot be judged"));
     let [ranking, paper] = ["id=\"vehicles\"", "id=\"paper\""].map(|id| html.find(id));
@@ -208,7 +206,7 @@ fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again(
     assert_eq!(order(&reported(&study, &["--partial"])), order(&whole));
 }
 
-/// The paper's tables are of NRMSE(s,v,a): nothing of them stands beside another measure, or judges it.
+/// The paper's tables are of NRMSE(s,v,a): none of them appears beside another measure, or judges it.
 #[test]
 fn a_study_of_another_goodness_of_fit_is_not_put_beside_the_papers_numbers() {
     let plan = plan_text(1, 300).replace("replicates = 1", "replicates = 1\ngof = \"rmse-s\"");
@@ -222,7 +220,10 @@ fn a_study_of_another_goodness_of_fit_is_not_put_beside_the_papers_numbers() {
         assert!(rows.len() == 3 && rows.iter().all(|row| row[column].is_empty()), "{name}: {rows:?}");
     }
     let summary = String::from_utf8(report["report.md"].clone()).unwrap();
-    assert!(summary.contains("What follows is of rmse-s; the paper's Tables 4 and 5 are of NRMSE(s,v,a)"), "{summary}");
+    assert!(
+        summary.contains("The following is for rmse-s; the paper's Tables 4 and 5 are of NRMSE(s,v,a)"),
+        "{summary}"
+    );
     assert!(!summary.contains("| agrees |") && !summary.contains("**differs**"), "{summary}");
     assert!(!summary.contains("the paper says") && !summary.contains("be judged by"), "{summary}");
     for figure in ["figure6.svg", "figure7.svg"] {

@@ -1,4 +1,4 @@
-//! The tables are what docs/STUDY.md says.
+//! The tables are those of docs/STUDY.md.
 
 use super::common::{expected, ok, small, text};
 use std::collections::HashMap;

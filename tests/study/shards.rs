@@ -133,7 +133,7 @@ fn a_shard_that_is_none_is_refused() {
     }
     let (code, said) = fails(&["study", "run", text(&study), "--task", "nonsense"]);
     assert_eq!(code, 2);
-    assert!(said.contains("task `nonsense`: 0 tasks of this study begin so, expected one"), "{said}");
+    assert!(said.contains("task `nonsense`: 0 tasks of this study begin with this id, expected one"), "{said}");
 }
 
 #[test]
@@ -149,7 +149,7 @@ fn the_beginning_of_several_ids_names_them() {
     assert_eq!(code, 2);
     let listed = several[..several.len().min(5)].join(", ");
     assert!(
-        said.contains(&format!("{} tasks of this study begin so, expected one: {listed}", several.len())),
+        said.contains(&format!("{} tasks of this study begin with this id, expected one: {listed}", several.len())),
         "{said}"
     );
 }
@@ -181,7 +181,7 @@ fn an_adapter_for_a_plan_that_computes_on_the_cpu_is_refused() {
     assert!(said.contains("--gpu: this plan computes on the CPU"), "{said}");
 }
 
-/// Table 1 has a period of 3 and of 18, and what a task costs follows it.
+/// Table 1 has a period of 3 and of 18, and the cost of a task follows it.
 #[test]
 fn no_share_of_the_papers_study_is_all_of_one_kind() {
     let task = |variant: &Variant, follower: usize| Task {
@@ -202,7 +202,7 @@ fn no_share_of_the_papers_study_is_all_of_one_kind() {
             let places: BTreeSet<u32> = share.iter().map(|&i| (tasks[i].model_id - 1) % 18).collect();
             let constraints: BTreeSet<u32> = places.iter().map(|place| place % 3).collect();
             assert!(places.len() > 2 && constraints.len() > 1, "{number}/{count}: {places:?}");
-            // Whole variants, but for those at its edges.
+            // Whole variants, except for those at its edges.
             let cut = |id: u32| share.iter().filter(|&&i| tasks[i].model_id == id).count() % 4 != 0;
             assert!(variants.iter().filter(|variant| cut(variant.id())).count() <= 2, "{number}/{count}");
         }
@@ -214,6 +214,6 @@ fn who_did_a_share_is_sent_to_the_others_and_who_did_the_last_one_to_merge() {
     let study = small("go_on");
     let shown = text(&study).to_owned();
     let said = |shard: &str| stderr(&leadlag(&["study", "run", &shown, "--shard", shard]));
-    assert!(said("1/2").contains(&format!("go on with: leadlag study status {shown}")));
-    assert!(said("2/2").contains(&format!("go on with: leadlag study merge {shown}")));
+    assert!(said("1/2").contains(&format!("continue with: leadlag study status {shown}")));
+    assert!(said("2/2").contains(&format!("continue with: leadlag study merge {shown}")));
 }

@@ -1,4 +1,4 @@
-//! What `study submit` writes for SLURM. The scripts are run here by a shell, with the variables that SLURM would set.
+//! Output of `study submit` for SLURM. The scripts are run here by a shell, with the variables that SLURM would set.
 
 use super::common::{expected, fails, leadlag, merged, number_before, ok, same, small, stderr, text};
 use std::fs;
@@ -46,7 +46,7 @@ fn the_scripts_say_what_slurm_needs() {
     let body = format!(
         ": \"${{SLURM_ARRAY_TASK_ID:?this script is for sbatch}}\"\n\
          cores=\"${{SLURM_CPUS_PER_TASK:-1}}\"\n\
-         # Its own share first; then what jobs that were cancelled or are slower have left.\n\
+         # Its own share first; then the tasks that cancelled or slower jobs have left.\n\
          leadlag study run {folder} --shard \"$SLURM_ARRAY_TASK_ID/4\" --no-wait --threads \"$cores\" || exit\n\
          exec leadlag study run {folder} --no-wait --threads \"$cores\"\n"
     );
@@ -85,7 +85,7 @@ fn the_number_of_jobs_follows_from_what_was_measured() {
     }
     ok(&["study", "run", text(&study)]);
     let said = submit(&[]);
-    assert!(said.contains("all 24 tasks are done; go on with: leadlag study merge"), "{said}");
+    assert!(said.contains("all 24 tasks are done; continue with: leadlag study merge"), "{said}");
 }
 
 #[test]
@@ -111,7 +111,7 @@ fn the_jobs_in_any_order_merge_to_the_same_bytes() {
     assert!(!lost.status.success() && stderr(&lost).contains("this script is for sbatch"), "{lost:?}");
     assert_eq!(shell("merge.sh", None).status.code(), Some(1), "nothing is computed yet");
     let first = stderr(&shell("array.sh", Some(4)));
-    // The first one to come finds all the others' tasks, too: nobody works on them.
+    // The first job to come finds all the others' tasks, too: no other job works on them.
     assert_eq!(number_before(&first, "computed"), 4, "{first}");
     assert!(first.contains("20 computed"), "{first}");
     for number in [6, 1, 2, 3, 5] {
@@ -134,10 +134,10 @@ fn what_cannot_be_submitted_is_told() {
     assert_eq!(code, 2);
     assert!(said.contains("expected a whole number from 1 to 1024"), "{said}");
     let (code, said) = fails(&["study", "submit", text(&study), "--slurm", "--sbatch", "--mem=2G\n#SBATCH --x"]);
-    assert!(code == 2 && said.contains("has a line end, which an #SBATCH line cannot hold"), "{said}");
+    assert!(code == 2 && said.contains("has a line end, which an #SBATCH line cannot contain"), "{said}");
     let broken = study.join("two\nlines");
     let (code, said) = fails(&["study", "submit", text(&study), "--slurm", "--out", text(&broken)]);
-    assert!(code == 2 && said.contains("has a line end, which an #SBATCH line cannot hold"), "{said}");
+    assert!(code == 2 && said.contains("has a line end, which an #SBATCH line cannot contain"), "{said}");
     assert!(!broken.exists());
     let (code, _) = fails(&["study", "submit", "nowhere", "--slurm"]);
     assert_eq!(code, 1);

@@ -21,7 +21,7 @@ const FAILED: &str = "failed";
 /// The verdict on a case that could be made, but whose diagnosis ended in an error.
 const UNDIAGNOSED: &str = "undiagnosed";
 
-/// What a case came to.
+/// Outcome of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DiagnosisOutcome {
     /// The program.
@@ -36,9 +36,9 @@ pub struct DiagnosisOutcome {
     pub reason: String,
     /// Adopted causes; names only where the verdict names them.
     pub adopted: Vec<String>,
-    /// Causes that could be in their place.
+    /// Causes that could replace them.
     pub confounded_with: Vec<String>,
-    /// Causes said to be untestable.
+    /// Causes reported as untestable.
     pub not_testable: Vec<String>,
     /// Estimates as `cause.parameter`: value and standard error.
     pub estimates: BTreeMap<String, [f64; 2]>,
@@ -46,7 +46,7 @@ pub struct DiagnosisOutcome {
     pub simulations: u64,
     /// CPU time \[s\].
     pub cpu_s: f64,
-    /// What was tried: cause, gain on all training data, held out, threshold \[nats\], and why it was adopted or not.
+    /// A cause that was tried: gain on all training data, held out, threshold \[nats\], and why it was adopted or not.
     #[serde(default)]
     pub tried: Vec<(usize, String, [Option<f64>; 3], String)>,
     /// Inflation, missing acceleration \[m/s²\] and its time constant \[s\] of the base.
@@ -56,24 +56,24 @@ pub struct DiagnosisOutcome {
     /// drives, and the truth.
     #[serde(default)]
     pub gain: Option<[f64; 3]>,
-    /// Of one or two effects: the evidence for the truth, had the search found it. Journals written before this was asked of every case
+    /// Of one or two effects: the evidence for the truth, if the search had found it. Journals written before every case recorded it
     /// lack it where the effects were named right.
     #[serde(default)]
     pub known: Option<Known>,
-    /// Why that could not be had; none where it was, or was not asked for.
+    /// Why that is missing; none if it is there, or was not requested.
     #[serde(default)]
     pub unknown: Option<String>,
-    /// What the race recommends over the training drives: no cause, or some. None where a journal does not say it.
+    /// The recommendation of the race over the training drives: no cause, or some. None if a journal lacks it.
     #[serde(default)]
     pub recommended: Option<Vec<String>>,
-    /// What passes there at one horizon at least, with the probability of that by chance.
+    /// Models that pass there at one horizon at least, with their p-values.
     #[serde(default)]
     pub passing: Vec<(Vec<String>, f64)>,
 }
 
 impl DiagnosisOutcome {
-    /// How near the likeliest cause came to a name: its evidence as a share of what it needed, in the first round; 0 where none gained
-    /// enough to be judged. One that had the evidence and was stopped by something else does not count: no threshold would have.
+    /// Distance of the likeliest cause from a name: its evidence as a share of the threshold, in the first round; 0 if no cause gained
+    /// enough to be judged. A cause above the threshold that another check rejected does not count: no threshold would have rejected it.
     #[must_use]
     pub fn nearest(&self) -> f64 {
         let first = self.tried.iter().filter(|(round, ..)| *round == 1);
@@ -84,7 +84,7 @@ impl DiagnosisOutcome {
         first.filter_map(share).fold(0.0, f64::max)
     }
 
-    /// Of a case that came to nothing; what is found is filled in.
+    /// A failed case; the results found so far are filled in.
     #[must_use]
     pub(super) fn failed(task: DiagnosisTask) -> DiagnosisOutcome {
         DiagnosisOutcome {
@@ -109,7 +109,7 @@ impl DiagnosisOutcome {
         }
     }
 
-    /// True if there was a diagnosis, whatever it said.
+    /// True if there was a diagnosis, with any verdict.
     #[must_use]
     pub fn is_diagnosed(&self) -> bool {
         ![FAILED, UNDIAGNOSED].contains(&self.verdict.as_str())
@@ -122,14 +122,14 @@ impl DiagnosisOutcome {
         !self.task.causes.is_empty() && self.task.causes.iter().all(has)
     }
 
-    /// What the extended model gains on the hold-out, as a share of what the truth gains; `None` where nothing can be gained.
+    /// Gain of the extended model on the hold-out, as a share of the gain of the truth; `None` if nothing can be gained.
     #[must_use]
     pub fn share_of_gain(&self) -> Option<f64> {
         let [base, extended, truth] = self.gain?;
         (base > truth).then(|| (base - extended) / (base - truth))
     }
 
-    /// True if every estimate of a planted parameter is within 10 % or three standard errors of it; `None` if there is none, as where a
+    /// True if every estimate of a planted parameter is within 10 % or three standard errors of it; `None` without any, for example if a
     /// relative of the cause was named.
     #[must_use]
     pub fn is_close(&self) -> Option<bool> {
@@ -140,9 +140,9 @@ impl DiagnosisOutcome {
         (!close.is_empty()).then(|| close.iter().all(|close| *close))
     }
 
-    /// True if the data show what was planted: the truth, fitted from its own values, gains more than the threshold on the training
-    /// data, of several causes each beside the others. False where that fit failed. A case of which a journal does not say
-    /// it, as those named right once, counts as shown.
+    /// True if the data show the planted effect: the truth, fitted from its own values, gains more than the threshold on the training
+    /// data, of several causes each beside the others. False if that fit failed. A case without this entry in its journal,
+    /// for example one named right once, counts as shown.
     #[must_use]
     pub fn is_shown(&self) -> bool {
         let gains = |known: &Known| {
@@ -158,15 +158,15 @@ impl DiagnosisOutcome {
 #[serde(rename_all = "snake_case")]
 pub enum Judgement {
     /// The truth, first and alone or first of a set; for a drive without an effect, or with an absorbed one: silence; for an effect outside
-    /// the library or another law: `unexplained` (or, for a law that cannot be the car's at all, `bad_base`).
+    /// the library or another law: `unexplained` (or, for a law that the car cannot have, `bad_base`).
     Right,
     /// The truth of one effect is in the named set.
     InSet,
-    /// One of two effects is named, and nothing that was not planted.
+    /// One of two effects is named, and no unplanted one.
     Half,
-    /// Nothing is named, and something is missing; or the diagnosis ended in an error.
+    /// Nothing is named, although an effect is missing; or the diagnosis ended in an error.
     Silent,
-    /// Something else is named.
+    /// Another cause is named.
     Wrong,
     /// The case could not be made.
     Failed,
@@ -176,7 +176,7 @@ fn family_of(name: &str) -> &str {
     extension_named(name).map_or(name, Extension::family)
 }
 
-/// Judges an outcome: wrong as soon as a name is given that is not planted. The phase family counts as one name in gusts, and
+/// Judges an outcome: wrong as soon as it has an unplanted name. The phase family counts as one name in gusts, and
 /// drag and a headway that depends on speed, which are the same in steady state, always.
 #[must_use]
 pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
@@ -199,7 +199,7 @@ pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
             _ => Judgement::Silent,
         },
         "absorbed" if outcome.adopted.iter().all(|name| task.causes.contains(name)) => Judgement::Right,
-        // Said to be one of several that cannot be told apart, the planted one among them.
+        // Reported as one of several causes that cannot be distinguished, the planted one among them.
         "absorbed" if outcome.confounded_with.iter().any(|name| task.causes.contains(name)) => Judgement::InSet,
         "none" | "coloured" | "absorbed" | "outside" | "family" => Judgement::Wrong,
         _ if !named => Judgement::Silent,
@@ -207,7 +207,7 @@ pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
             let hit = |name: &String| task.causes.iter().any(|truth| same(name, truth));
             let found = task.causes.iter().filter(|truth| outcome.adopted.iter().any(|name| same(name, truth))).count();
             let missed = outcome.adopted.iter().filter(|name| !hit(name)).count();
-            // Said to be one of several that cannot be told apart, the planted one among them.
+            // Reported as one of several causes that cannot be distinguished, the planted one among them.
             let in_set =
                 task.causes.len() == 1 && outcome.adopted.len() == 1 && outcome.confounded_with.iter().any(hit);
             if missed == 0 && found == task.causes.len() {
@@ -223,13 +223,13 @@ pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
     }
 }
 
-/// Makes the drives of a case and diagnoses them; what the race recommends, too.
+/// Makes the drives of a case and diagnoses them, with the recommendation of the race.
 #[must_use]
 pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
     diagnosed(task, true)
 }
 
-/// The same without what is recommended, which takes longer than the rest.
+/// The same without the recommendation, which takes longer than the rest.
 #[must_use]
 pub fn infer_task(task: &DiagnosisTask) -> DiagnosisOutcome {
     diagnosed(task, false)
@@ -249,7 +249,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
             outcome.truth.insert(format!("{}.{}", effect.kind(), parameter.name), *value);
         }
     }
-    // Another family: the law of the neighbour in the list is blamed.
+    // Another family: the answer is the law of the neighbour in the list.
     let base = match (task.kind.as_str(), task.base.as_str()) {
         ("family", "idm") => "l-cth",
         ("family", "l-cth" | "l-idm") => "gipps",
@@ -297,7 +297,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
         if let (Ok(inference), Judgement::Right) = (&inference, judge(&outcome)) {
             outcome.gain = gains(&question, inference, &planted, &values);
         }
-        // Of the right ones too: what the data show must not depend on what was found.
+        // Of the right ones too: whether the data show an effect must not depend on the answer.
         (outcome.known, outcome.unknown) = match known(&question, &planted, &values) {
             Ok(Some(known)) => (Some(known), None),
             Ok(None) => (None, Some("neither the base nor the truth can be fitted to the drives".to_owned())),
@@ -307,7 +307,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
     outcome
 }
 
-/// See [`DiagnosisOutcome::gain`]; `None` where a simulation breaks off.
+/// See [`DiagnosisOutcome::gain`]; `None` if a simulation ends early.
 fn gains(
     question: &Question<'_>,
     inference: &Inference,
@@ -334,7 +334,7 @@ fn law(controller: &Controller) -> Vec<(String, f64)> {
     fields.filter_map(|(name, value)| Some((name.clone(), value.as_f64()?))).collect()
 }
 
-/// What a diagnosis says, or why there is none.
+/// Answer of a diagnosis, or why there is none.
 fn fill(outcome: &mut DiagnosisOutcome, inference: &Result<Inference, DiagnoseError>) {
     let inference = match inference {
         Ok(inference) => inference,

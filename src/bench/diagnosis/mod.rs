@@ -1,7 +1,7 @@
-//! How well a diagnosis names what is missing: effects planted in synthetic drives, and drives without any.
+//! How well a diagnosis names a missing effect: effects planted in synthetic drives, and drives without any.
 //!
 //! Everything is drawn from a seed: base, parameters, leader, noise, effect. Every finished case is one line of a journal, so that
-//! a run that was stopped goes on where it was.
+//! a stopped run can continue.
 
 mod judge;
 mod plan;
@@ -31,7 +31,7 @@ pub struct DiagnosisJournal {
 }
 
 impl DiagnosisJournal {
-    /// Opens a journal, or begins one. A line that is not whole, as a killed run leaves it, is dropped, and one of another state of the
+    /// Opens a journal, or starts one. An incomplete line, as of a killed run, is dropped, and so is one of another state of the
     /// diagnosis ([`PROGRAM`]) is passed over.
     ///
     /// # Errors
@@ -50,7 +50,7 @@ impl DiagnosisJournal {
         Ok(DiagnosisJournal { path, file, outcomes })
     }
 
-    /// What a case came to.
+    /// Outcome of a case.
     #[must_use]
     pub fn get(&self, task: &DiagnosisTask) -> Option<&DiagnosisOutcome> {
         self.outcomes.get(task)

@@ -7,7 +7,7 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use strum::VariantArray;
 
-/// A case: what is planted, and everything that decides the drives.
+/// A case: the planted effects, and everything that decides the drives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DiagnosisTask {
     /// `one`, `pair`, `none`, `coloured`, `absorbed`, `outside` or `family`.
@@ -16,7 +16,7 @@ pub struct DiagnosisTask {
     pub base: String,
     /// The effects that are planted.
     pub causes: Vec<String>,
-    /// How much each changes the follower's speed \[m/s\], root mean square.
+    /// Change of the follower's speed by each \[m/s\], root mean square.
     pub rms_mps: f64,
     /// Gusts: their standard deviation \[m/s²\]; 0 without.
     pub gusts_mps2: f64,
@@ -44,7 +44,7 @@ impl DiagnosisTask {
         }
     }
 
-    /// The effects that are planted; in brackets what is special about a drive without any.
+    /// The planted effects; in brackets the special property of a drive without any.
     #[must_use]
     pub fn planted(&self) -> String {
         if self.causes.is_empty() { format!("({})", self.in_words()) } else { self.causes.join(" + ") }
@@ -86,22 +86,22 @@ const ABSORBED: [EffectKind; 4] =
     [EffectKind::GainMass, EffectKind::RangeScale, EffectKind::RangeBias, EffectKind::SpeedScale];
 /// A medium effect \[m/s\].
 pub(super) const MEDIUM: f64 = 0.10;
-/// The sizes at which each effect is planted \[m/s\] unless others are asked for: medium and weak.
+/// The sizes at which each effect is planted \[m/s\] by default: medium and weak.
 pub const SIZES: [f64; 2] = [MEDIUM, 0.03];
 /// Gusts \[m/s²\].
 const GUSTS: f64 = 0.05;
 
-/// Cases of one seed, at most: with more, their own seeds would be those of the next seed's cases.
+/// Largest number of cases of one seed: with more, their own seeds would be those of the next seed's cases.
 const MOST_CASES: usize = 1000;
 /// The largest seed, for which those of its cases still are whole numbers of 64 bits.
 pub const LARGEST_SEED: u64 = u64::MAX / MOST_CASES as u64 - 1;
 
-/// The cases of a seed, shuffled so that the first so many of them are a fair sample: per base every effect at
+/// The cases of a seed, shuffled so that any first part of them is a fair sample: per base every effect at
 /// all sizes \[m/s\], half of them in gusts; drives without any effect; absorbed effects, pairs, an
 /// effect outside the library, a base of another family.
 ///
 /// # Errors
-/// [`BenchError::Seed`] above [`LARGEST_SEED`]; [`BenchError::Cases`] with so many sizes that there would be more than 1000 cases.
+/// [`BenchError::Seed`] above [`LARGEST_SEED`]; [`BenchError::Cases`] with more than 1000 cases.
 pub fn diagnosis_tasks(
     seed: u64,
     duration_s: f64,

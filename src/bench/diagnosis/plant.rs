@@ -17,7 +17,7 @@ pub struct Planted {
     pub train: Vec<Drive>,
     /// Drives held out.
     pub holdout: Vec<Drive>,
-    /// What was planted, with its size.
+    /// The planted effect, with its size.
     pub effects: Vec<Effect>,
     /// The base that was planted.
     pub controller: Controller,
@@ -29,7 +29,7 @@ const NOISE: plant::Noise = plant::Noise { speed_mps: 0.02, gap_m: 0.02 };
 const GUST_S: f64 = 2.0;
 /// Coloured noise: correlation from sample to sample, and size \[m/s, m\].
 const COLOUR: (f64, f64) = (0.9, 0.02);
-/// Draws until one can be driven and changed as much as wanted.
+/// Draws until one is drivable and has the requested change.
 const DRAWS: u64 = 12;
 /// Drives of a case; the last is held out.
 const DRIVES: u64 = 3;
@@ -37,7 +37,7 @@ const DRIVES: u64 = 3;
 /// Makes the drives of a case.
 ///
 /// # Errors
-/// [`BenchError::Plant`] if no draw can be driven, or is changed as much as wanted.
+/// [`BenchError::Plant`] if no draw is drivable and has the requested change.
 pub fn planted(task: &DiagnosisTask) -> Result<Planted, BenchError> {
     let mut last = None;
     for draw in 0..DRAWS {
@@ -67,7 +67,7 @@ fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
     });
     let scenario = |k: usize, car: &CarTruth| Scenario {
         seed: seeds[k],
-        // The same road every time, or nothing could be seen to repeat on it.
+        // The same road every time, because otherwise nothing could repeat on it.
         road_seed: Some(seeds[0]),
         duration_s: task.duration_s,
         noise: NOISE,
@@ -76,7 +76,7 @@ fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
         ..Scenario::default()
     };
     if task.kind == "outside" {
-        // The road acts, and nobody has measured its grade.
+        // The grade acts on the car but is not in the data.
         car.effects = vec![Effect::medium(EffectKind::Grade)];
     } else {
         car.effects = task
@@ -128,7 +128,7 @@ fn colour(drive: &mut Synthetic, seed: u64) {
     }
 }
 
-/// What a user would have: a pair file, read again.
+/// The data of a user: a pair file, read again.
 fn measured(drive: &Synthetic, number: usize, without_grade: bool) -> Result<Drive, BenchError> {
     let mut file = Vec::new();
     plant::write_pair(drive, 2, &mut file).expect("a Vec takes all, and there is a follower 2");

@@ -1,4 +1,4 @@
-//! What the finished cases say.
+//! Summary of the finished cases.
 
 use super::DiagnosisJournal;
 use super::judge::{DiagnosisOutcome, Judgement, judge};
@@ -23,22 +23,22 @@ pub struct Tally {
     pub half: usize,
     /// Silent ones.
     pub silent: usize,
-    /// Those of the silent ones that would have been named, had the search found the truth: the others lack evidence.
+    /// Silent ones that would have been named if the search had found the truth: the others lack evidence.
     pub not_found: usize,
     /// Wrong names and false alarms.
     pub wrong: usize,
 }
 
-/// A target of the benchmark, and what was reached.
+/// A target of the benchmark, and the value reached.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bar {
     /// What is counted.
     pub what: String,
     /// Cases that count.
     pub cases: usize,
-    /// How many of them are so.
+    /// Their number.
     pub count: usize,
-    /// The share wanted: at least, or with `most` at most.
+    /// The wanted share: at least, or with `most` at most.
     pub target: f64,
     /// True if `target` is the most.
     pub most: bool,
@@ -67,7 +67,7 @@ fn interval(cases: usize, count: usize) -> [f64; 2] {
     [middle - half, middle + half].map(|x| (x / (1.0 + Z * Z / n)).clamp(0.0, 1.0))
 }
 
-/// One row of the power table: how many of the single effects are named right, by their size.
+/// One row of the power table: number of single effects named right, by their size.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Power {
     /// A base, all bases, or an effect.
@@ -76,7 +76,7 @@ pub struct Power {
     pub sizes: Vec<PowerAt>,
 }
 
-/// How many effects of one size are named right.
+/// Number of effects of one size named right.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct PowerAt {
     /// Change of the follower's speed \[m/s\], root mean square.
@@ -89,16 +89,16 @@ pub struct PowerAt {
     pub interval: [f64; 2],
 }
 
-/// How near drives without an effect come to a name: the evidence of the likeliest cause of each, as a share of what it needs.
+/// Evidence of the likeliest cause of each drive without an effect, as a share of the threshold.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Silence {
     /// A base, or all bases.
     pub of: String,
     /// Drives that could be made and diagnosed.
     pub cases: usize,
-    /// What half of them exceed.
+    /// Exceeded by half of them.
     pub median: f64,
-    /// What one of twenty exceeds.
+    /// Exceeded by one of twenty.
     pub one_in_twenty: f64,
     /// The highest.
     pub highest: f64,
@@ -107,7 +107,7 @@ pub struct Silence {
 /// Share of the possible gain that a named effect should bring.
 pub const MOST_OF_IT: f64 = 0.8;
 
-/// What extended models gain on the hold-out, as shares of what the truth gains there.
+/// Gains of extended models on the hold-out, as shares of the gains of the truth.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gains {
     /// Median share.
@@ -123,19 +123,19 @@ pub struct Gains {
 pub struct DiagnosisReport {
     /// Version of this layout.
     pub schema_version: u32,
-    /// Cases that there are, done or not.
+    /// Number of cases, done or not.
     pub planned: usize,
     /// Counts by kind, base and size.
     pub tallies: BTreeMap<String, Tally>,
     /// Targets.
     pub bars: Vec<Bar>,
-    /// Named first, by planted cause: how often.
+    /// Rate of first names, by planted cause.
     pub names: BTreeMap<String, BTreeMap<String, usize>>,
     /// Power: single effects named right, by size, on each base and on all.
     pub powers: Vec<Power>,
     /// The same for each effect.
     pub powers_by_effect: Vec<Power>,
-    /// How near drives without an effect come to a name, on each base and on all.
+    /// Distance of drives without an effect from a name, on each base and on all.
     pub silence: Vec<Silence>,
     /// Medians over the cases: CPU time \[s\], simulated candidates.
     pub cost: [f64; 2],
@@ -144,7 +144,7 @@ pub struct DiagnosisReport {
 }
 
 impl DiagnosisReport {
-    /// Of those of the cases that the journal has; `planned` is how many there are in all.
+    /// Of the cases in the journal; `planned` is the total number.
     #[must_use]
     pub fn new(tasks: &[DiagnosisTask], planned: usize, journal: &DiagnosisJournal) -> DiagnosisReport {
         let outcomes: Vec<DiagnosisOutcome> = tasks.iter().filter_map(|task| journal.get(task)).cloned().collect();
@@ -197,7 +197,7 @@ impl DiagnosisReport {
         self.outcomes.iter().filter(|outcome| judge(outcome) == Judgement::Failed).count()
     }
 
-    /// What extended models gain; `None` where there is nothing to compare.
+    /// Gains of extended models; `None` if there is nothing to compare.
     #[must_use]
     pub fn gains(&self) -> Option<Gains> {
         let shares: Vec<f64> = self.outcomes.iter().filter_map(DiagnosisOutcome::share_of_gain).collect();
@@ -240,7 +240,7 @@ fn powers(outcomes: &[DiagnosisOutcome]) -> [Vec<Power>; 2] {
     [rows, causes.into_iter().map(|cause| row(cause, &|o| o.task.causes.contains(cause))).collect()]
 }
 
-/// True for a drive in which nothing was planted that has a name.
+/// True for a drive with a name although no effect was planted.
 fn has_no_effect(outcome: &DiagnosisOutcome) -> bool {
     ["none", "coloured"].contains(&outcome.task.kind.as_str())
 }
@@ -266,7 +266,7 @@ fn silence(outcomes: &[DiagnosisOutcome]) -> Vec<Silence> {
     rows
 }
 
-/// What the benchmark has to reach. An effect counts as shown by the data if the truth, fitted from its own values, gains more than
+/// The targets of the benchmark. An effect counts as shown by the data if the truth, fitted from its own values, gains more than
 /// the threshold: in gusts some effects of medium size do not.
 fn bars(outcomes: &[DiagnosisOutcome]) -> Vec<Bar> {
     let bar = |what: String, of: &dyn Fn(&DiagnosisOutcome) -> bool, is: &[Judgement], target: f64, most: bool| {
@@ -316,7 +316,7 @@ mod tests {
     use super::*;
     use crate::diagnose::judge::oracle::Known;
 
-    /// An outcome; with what the truth gains of 16 nats needed, if the journal says so.
+    /// An outcome, with the gain of the truth of 16 nats needed, if the journal has it.
     fn outcome(kind: &str, causes: &[&str], adopted: &[&str], gain: Option<f64>) -> DiagnosisOutcome {
         let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
         let task = DiagnosisTask {
@@ -360,7 +360,7 @@ mod tests {
             // Named right, though the truth gains less than it needs.
             outcome("one", &["periodic"], &["periodic"], Some(9.0)),
         ];
-        // What was planted, and something else; nothing without an effect, and something.
+        // The planted effect and another one; for a drive without an effect, none and another one.
         let mut outcomes = outcomes;
         outcomes[0].recommended = Some(vec!["grade".to_owned()]);
         outcomes[3].recommended = Some(vec!["dead_zone".to_owned()]);
@@ -387,7 +387,7 @@ mod tests {
         assert_eq!(interval(0, 0), [0.0, 1.0]);
     }
 
-    /// What had the evidence and got no name was stopped by something else.
+    /// A cause above the threshold without a name was rejected by another check.
     #[test]
     fn what_was_stopped_did_not_come_near() {
         let tried = vec![(1, "periodic".to_owned(), [Some(24.0), Some(24.0), Some(16.0)], String::new())];

@@ -40,7 +40,7 @@ impl DiagnosisReport {
             let _ = writeln!(text, "{:24}{}", row.of, counts.map(|count| format!("{count:>10}")).collect::<String>());
         }
         if !self.silence.is_empty() {
-            text += "\ndrives without an effect: evidence of the likeliest cause, as a share of what it needs\n";
+            text += "\ndrives without an effect: evidence of the likeliest cause, as a share of the threshold\n";
             let _ = writeln!(text, "{:24}{:>7}{:>8}{:>11}{:>9}", "", "drives", "median", "1 of 20 >", "highest");
         }
         for Silence { of, cases, median, one_in_twenty, highest } in &self.silence {
@@ -54,12 +54,12 @@ impl DiagnosisReport {
         if let Some(Gains { median, most, cases }) = self.gains() {
             let _ = writeln!(
                 text,
-                "\nextended models gain on the hold-out, of what the truth gains (NRMSE(s,v,a)):\nmedian {:.0} %, at least {:.0} % in {most} of {cases}",
+                "\nshare of the gain of the truth on the hold-out that extended models reach (NRMSE(s,v,a)):\nmedian {:.0} %, at least {:.0} % in {most} of {cases}",
                 100.0 * median,
                 100.0 * MOST_OF_IT
             );
         }
-        text += "\nplanted, and what was said\n";
+        text += "\nplanted, and the answer\n";
         for (truth, said) in &self.names {
             let said: Vec<String> = said.iter().map(|(name, times)| format!("{name} {times}")).collect();
             let _ = writeln!(text, "{truth:36} {}", said.join(", "));

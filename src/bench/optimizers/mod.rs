@@ -1,7 +1,7 @@
-//! How well the optimisers find: targets on one follower with many seeds, the spread of replicates over all variants and followers
-//! of the three processed platoons, and how long one calibration takes from start to end.
+//! Quality of the optimisers: targets on one follower with many seeds, the spread of replicates over all variants and followers
+//! of the three processed platoons, and the time of one calibration from start to end.
 //!
-//! Every finished task is one line of a journal, so that a run that was stopped goes on where it was. A task depends on nothing
+//! Every finished task is one line of a journal, so that a stopped run can continue. A task depends on nothing
 //! but its own settings; a line is taken again only if they are the same.
 
 mod journal;
@@ -51,14 +51,14 @@ pub struct OptimizerTask {
     pub max_evaluations: u64,
 }
 
-/// What it found, one entry per replicate.
+/// Results, one entry per replicate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct OptimizerOutcome {
     /// Version of the program and state of its search.
     pub program: String,
     /// The task.
     pub task: OptimizerTask,
-    /// Scores of the best candidates by the f64 reference; none where it fails there.
+    /// Scores of the best candidates by the f64 reference; none if it fails there.
     pub scores: Vec<Option<f64>>,
     /// Evaluations spent.
     pub evaluations: Vec<u64>,
@@ -68,7 +68,7 @@ pub struct OptimizerOutcome {
     pub wall_s: f64,
 }
 
-/// A value to be reached within so many evaluations.
+/// A value to be reached within this many evaluations.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SeedTarget {
     /// Variant; the follower is the first one of platoon 3.
@@ -77,7 +77,7 @@ pub struct SeedTarget {
     pub score: f64,
     /// Evaluations.
     pub evaluations: u64,
-    /// Of ten seeds, so many.
+    /// This many of ten seeds.
     pub of_ten: usize,
 }
 
@@ -143,7 +143,7 @@ const WALL_TARGET_S: f64 = 3.0;
 const SURFACES: usize = Variant::COUNT as usize * 12;
 
 /// Surfaces from one to the next in the order of the spread: no common factor with their number, and near its golden section, so that
-/// the first ones of any number lie evenly over variants and followers. A run that was stopped early is a sample of the whole.
+/// the first ones of any number lie evenly over variants and followers. A run that was stopped early is a fair sample.
 const STEP: usize = 667;
 
 /// Replicates whose spread is measured.
@@ -188,7 +188,7 @@ pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
 }
 
 /// Runs the tasks that the journal does not have, and keeps each there. `program` is the executable that `wall` tasks start. `progress`
-/// hears how many are done, before every task and, but for `wall`, while it runs, and may stop: the task under way is then not kept.
+/// receives the number of finished tasks, before every task and, but for `wall`, during it, and may stop: the task under way is then not kept.
 ///
 /// # Errors
 /// [`BenchError`].
@@ -250,7 +250,7 @@ fn run(
     if stopped { Ok(None) } else { outcome(task, found, spent, wall_s).map(Some) }
 }
 
-/// What a calibration has found. Where no candidate of any replicate is feasible, that is what is known of the surface.
+/// Result of a calibration. If no candidate of any replicate is feasible, that is the result for the surface.
 fn outcome(
     task: &OptimizerTask,
     found: Result<Vec<Replicate>, CalibrateError>,
@@ -274,7 +274,7 @@ fn outcome(
     Ok(OptimizerOutcome { program: PROGRAM.clone(), task: task.clone(), scores, evaluations, stops, wall_s })
 }
 
-/// The measured followers, read when they are first needed.
+/// The measured followers, read at their first use.
 struct Followers {
     folder: PathBuf,
     vehicles: Vec<Vehicle>,

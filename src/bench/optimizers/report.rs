@@ -1,22 +1,22 @@
-//! What the finished tasks say about the targets.
+//! The finished tasks against the targets.
 
 use super::{HARD, Journal, OptimizerOutcome, OptimizerTask, REPLICATES, SEED_TARGETS, SEEDS, SURFACES, WALL_TARGET_S};
 use crate::statistics::median;
 use serde::Serialize;
 use std::fmt::Write;
 
-/// A target and what was found.
+/// A target and the value reached.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// What is wanted, in words.
+    /// The target, in words.
     pub goal: String,
     /// The value wanted.
     pub wanted: f64,
     /// True if lower is better.
     pub at_most: bool,
-    /// The value found; none as long as nothing was run.
+    /// The value found; none before any run.
     pub found: Option<f64>,
-    /// Tasks that it rests on: done, and those of the whole target, of which a quick run plans a part.
+    /// Tasks of the value: done, and those of the whole target, of which a quick run plans a part.
     pub tasks: [usize; 2],
     /// Whether it is met; none unless all tasks of the target are done.
     pub met: Option<bool>,
@@ -48,7 +48,7 @@ impl OptimizerReport {
                 let done: Vec<&OptimizerOutcome> = outcomes.iter().filter(|o| of(&o.task)).collect();
                 let within = |o: &&&OptimizerOutcome| o.reached(target.score, target.evaluations);
                 let reached = done.iter().filter(within).count();
-                // A quick run has the first seeds only: they say something, but not whether the target is met.
+                // A quick run has the first seeds only: not enough to decide whether the target is met.
                 let Some(last) = tasks.iter().filter(|t| of(t)).map(|t| t.seed).max() else { continue };
                 let (first, whole, evaluations) = (seeds.start(), seeds.clone().count(), target.evaluations);
                 let goal = format!(
@@ -65,7 +65,7 @@ impl OptimizerReport {
             let tasks = [usize::from(done.is_some()), 1];
             findings.push(finding(goal, WALL_TARGET_S, true, done.map(|outcome| outcome.wall_s), tasks));
         }
-        // Fewer surfaces than the target is over say something, but not whether it is met.
+        // Fewer surfaces than the target covers do not decide whether it is met.
         let mut spread = |aim: &str, whole: usize, what: &str, goals: &[(&str, f64)]| {
             let Some(OptimizerTask { convention, .. }) = tasks.iter().find(|t| t.aim == aim) else { return };
             let planned = tasks.iter().filter(|t| t.aim == aim).count();
@@ -113,7 +113,7 @@ impl OptimizerReport {
             writeln!(text, "{id:<13}{seed:>9}{score:>13}{:>13}{ended:>13}{wall:>12.2}", outcome.evaluations[0])?;
         }
         let titles = [
-            ("hard", "Surfaces known as hard, convention paper: the widest spreads"),
+            ("hard", "Known hard surfaces, convention paper: the widest spreads"),
             ("spread", "Convention authors: the widest spreads"),
         ];
         for (aim, title) in titles {
@@ -173,7 +173,7 @@ fn finding(goal: String, wanted: f64, at_most: bool, found: Option<f64>, tasks: 
 }
 
 impl OptimizerOutcome {
-    /// True if every replicate has a score as low as this, within so many evaluations.
+    /// True if every replicate has a score as low as this, within this many evaluations.
     #[must_use]
     pub fn reached(&self, score: f64, evaluations: u64) -> bool {
         let low = self.scores.iter().all(|found| found.is_some_and(|found| found <= score));

@@ -1,4 +1,4 @@
-//! One calibration by the program itself: what a user waits for, reading, searching and writing included.
+//! One calibration by the program itself: the time that a user waits, including reading, searching and writing.
 
 use super::super::BenchError;
 use super::{OptimizerOutcome, OptimizerTask, PROGRAM};

@@ -1,4 +1,4 @@
-//! `leadlag bench diagnosis`: how well a diagnosis names what is missing.
+//! `leadlag bench diagnosis`: rates of right and wrong names.
 
 use super::super::lines::Lines;
 use super::super::number::whole;
@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     bar.finish_and_clear();
     if interrupt::asked() {
-        eprintln!("interrupted; the same command goes on from {}", args.journal.display());
+        eprintln!("interrupted; the same command continues from {}", args.journal.display());
     }
     let report = DiagnosisReport::new(&tasks, planned, &journal);
     if let Some(page) = page {
@@ -112,7 +112,7 @@ fn write(page: &Path, report: &DiagnosisReport, command: String) -> anyhow::Resu
     output::write_file(page, into_page(page, &naming::part(report, &from, PICTURES))?.as_bytes())
 }
 
-/// What gives the same cases.
+/// Settings that give the same cases.
 fn command(args: &Args) -> String {
     let mut words = vec!["leadlag bench diagnosis".to_owned(), format!("--seed {}", args.seed)];
     words.extend(args.quick.then(|| "--quick".to_owned()));

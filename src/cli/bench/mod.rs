@@ -38,11 +38,11 @@ pub struct Args {
 
 #[derive(Debug, clap::Subcommand)]
 enum Command {
-    /// Measure how well an optimiser finds: targets for many seeds, spread of replicates
+    /// Measure the quality of an optimiser: targets for many seeds, spread of replicates
     #[command(after_help = "Example:
   leadlag bench optimizers --quick --shared ../shared")]
     Optimizers(optimizers::Args),
-    /// Measure how well a diagnosis names planted effects, and how often it is wrong without any
+    /// Measure how well a diagnosis names planted effects, and its rate of false names
     #[command(after_help = "Examples:
   leadlag bench diagnosis --quick --cases 1 --journal one.jsonl
   leadlag bench diagnosis --seed 7 --effort quick --only none --journal n.jsonl")]

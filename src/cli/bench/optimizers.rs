@@ -1,4 +1,4 @@
-//! `leadlag bench optimizers`: how well an optimiser finds.
+//! `leadlag bench optimizers`: quality of an optimiser.
 
 use super::super::lines::Lines;
 use super::super::{interrupt, output};
@@ -19,13 +19,13 @@ pub struct Args {
     /// Folder with data/astazero_c2art and data/vehicles [default: LEADLAG_SHARED, else ../shared]
     #[arg(long, value_name = "DIR")]
     shared: Option<PathBuf>,
-    /// Finished tasks are kept in this file; the same command goes on where it was stopped
+    /// Finished tasks are kept in this file; the same command continues a stopped run
     #[arg(long, value_name = "FILE", default_value = "optimizers.jsonl")]
     journal: PathBuf,
     /// Only these tasks
     #[arg(long, value_name = "AIM", value_parser = ["seeds", "wall", "hard", "spread"])]
     only: Option<String>,
-    /// At most the first so many tasks
+    /// Run at most this many tasks
     #[arg(long, value_name = "N")]
     tasks: Option<usize>,
     /// Print JSON
@@ -53,7 +53,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     bar.finish_and_clear();
     if interrupt::asked() {
-        eprintln!("interrupted; the same command goes on from {}", args.journal.display());
+        eprintln!("interrupted; the same command continues from {}", args.journal.display());
     }
     let report = OptimizerReport::new(name, &tasks, &journal);
     if args.json { output::print_json(&report) } else { output::print(&report.table()) }

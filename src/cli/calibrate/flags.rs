@@ -70,7 +70,7 @@ pub struct Args {
     pub data: DataArgs,
 }
 
-/// Fewer parents than four breed nothing new.
+/// Fewer than four parents breed nothing new.
 const POPULATION_MIN: u64 = 10;
 /// The candidates of a larger population and their scores would take gigabytes.
 const POPULATION_MAX: u64 = 1_000_000;
@@ -133,7 +133,7 @@ impl Args {
     /// The variants with their extensions.
     ///
     /// # Errors
-    /// Several without --all, one twice, or an extension that cannot be.
+    /// Several without --all, one twice, or an invalid extension.
     pub fn extended(&self) -> anyhow::Result<Vec<Variant>> {
         if let [_, another, ..] = self.models.as_slice()
             && !self.all
@@ -143,7 +143,7 @@ impl Args {
         self.models.iter().map(|asked| extend(model(asked)?, &self.extend)).collect()
     }
 
-    /// What is minimised, where it is one thing.
+    /// The measure to minimise, if there is one only.
     pub fn gof(&self) -> anyhow::Result<GoodnessOfFit> {
         match self.gofs.as_slice() {
             [gof] => Ok(*gof),
@@ -151,7 +151,7 @@ impl Args {
         }
     }
 
-    /// The calibration that the flags ask for, of one of the models.
+    /// The calibration of the flags, of one of the models.
     ///
     /// # Errors
     /// As [`Args::settings`], and where evaluator and precision contradict each other.
@@ -170,7 +170,7 @@ impl Args {
     }
 
     /// # Errors
-    /// A population that the optimiser does not take, or that cannot be simulated once.
+    /// An invalid population for the optimiser, or one that exceeds the limit of simulations.
     fn settings(&self) -> anyhow::Result<calibrate::Calibration> {
         let search = &self.search;
         let max_evaluations = search.max_evaluations.unwrap_or(Stop::default().max_evaluations);

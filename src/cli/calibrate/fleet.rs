@@ -20,7 +20,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 
-/// So many ids are named in a message.
+/// Largest number of ids in a message.
 const IDS_NAMED: usize = 5;
 
 const JOURNAL: &str = "journal.jsonl";
@@ -74,7 +74,7 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The pairs of all files, and what is held back of them, in words; what is doubtful in them is said.
+/// The pairs of all files, and a description of the held-back data; warns about doubtful values.
 fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(Pairs, Option<String>)> {
     let reading = args.data.reading();
     let needing = settings.models.iter().map(|model| &model.variant).find(|variant| variant.needs_vehicle());
@@ -111,7 +111,7 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
             if usable > 0 && without == usable {
                 let ids: Vec<&str> = pairs.pairs.iter().filter_map(driver).take(IDS_NAMED).collect();
                 let message = format!(
-                    "--holdout: {told} are of none of the drivers that are calibrated, who are {}; drivers are matched by the name of the car, or \
+                    "--holdout: {told} belong to none of the calibrated drivers, {}; drivers are matched by the name of the car, or \
                      else the id of the trajectory",
                     if ids.is_empty() { "nameless".to_owned() } else { ids.join(", ") }
                 );
@@ -152,7 +152,7 @@ fn write(
     folder::finish(change, folder, Vec::new())
 }
 
-/// Pairs per second and time left; where there is no terminal, a line a minute.
+/// Pairs per second and time left; without a terminal, one line a minute.
 struct Bar {
     bar: ProgressBar,
     lines: Mutex<Lines>,
@@ -169,7 +169,7 @@ impl Bar {
             ProgressStyle::with_template("{bar:20} {human_pos}/{human_len} calibrations, {per_sec}, {eta} left");
         let bar = output::heard(ProgressBar::new(whole as u64)).with_style(style.expect("the template is valid"));
         if before > 0 {
-            eprintln!("{before} of {whole} calibrations are there already");
+            eprintln!("{before} of {whole} calibrations were finished before");
             bar.set_position(before as u64);
             bar.reset_eta();
         }

@@ -36,7 +36,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     for file in &args.files {
         match load(args, file, &model) {
             Ok(trajectories) => loaded.extend(trajectories),
-            // Of files that are calibrated one by one, one that cannot be used does not cost the others.
+            // If files are calibrated one by one, an unusable one does not stop the others.
             Err(error) if args.files.len() > 1 && !args.joint => unusable.push(error),
             Err(error) => return Err(error),
         }
@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return Err(unusable.swap_remove(first));
     }
     anyhow::ensure!(!loaded.is_empty(), "{}", named(&unusable));
-    // Before the work: a folder that is refused must not cost a calibration.
+    // Before the work: a refused folder must not cost a calibration.
     let together = args.joint || (loaded.len() == 1 && unusable.is_empty());
     let folders = if together { vec![args.out.clone()] } else { folders(&args.out, &loaded) };
     if !together {
@@ -100,14 +100,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The trajectories of one file: the one that is chosen, or each that is asked for, or with --joint every one of a table.
+/// The trajectories of one file: the chosen one, or each requested one, or with --joint every one of a table.
 fn load(args: &Args, file: &Path, model: &Variant) -> anyhow::Result<Vec<Loaded>> {
     let reading = args.data.reading();
     let (recording, follower) = reading.read(Input::File(file), args.follower.as_deref())?;
     reading.pick_all(&recording, follower, model, args.joint, &mut |text| warn(&text))
 }
 
-/// One folder per calibration, `STEM_followerN` in `out`; numbered in the order of the files where two would be the same.
+/// One folder per calibration, `STEM_followerN` in `out`; equal names are numbered in the order of the files.
 fn folders(out: &Path, loaded: &[Loaded]) -> Vec<PathBuf> {
     let mut names: Vec<String> = Vec::new();
     for Loaded { trajectory, .. } in loaded {
@@ -133,7 +133,7 @@ fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path)
     once(loaded.iter().map(|one| &one.trajectory))?;
     let prepared = calibration.prepare(loaded)?;
     let mut evaluator = calibration.build(&prepared.reference)?;
-    // Before the work: a folder that cannot be written must not cost a calibration.
+    // Before the work: an unwritable folder must not cost a calibration.
     output::make_folder(folder)?;
     let started = Instant::now();
     let apart = calibration.apart(&prepared, loaded)?;
@@ -159,7 +159,7 @@ fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path)
     if args.plot {
         plot(&result, &reference, loaded)?;
     }
-    // Of several calibrations it has to be told which folder is whose.
+    // With several calibrations the output has to name the folder of each.
     let whose = match loaded {
         [one] if args.files.len() > 1 => {
             format!(" of {}, follower {},", one.trajectory.source.path, one.trajectory.follower)

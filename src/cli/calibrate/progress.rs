@@ -1,4 +1,4 @@
-//! The bar of a running calibration, after two seconds; where there is no terminal, a line a minute.
+//! The bar of a running calibration, after two seconds; without a terminal, one line a minute.
 
 use super::super::lines::Lines;
 use super::super::{interrupt, output};
@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 /// Whole numbers per second.
 pub fn rate(state: &ProgressState, out: &mut dyn Write) {
-    // A text that cannot be shown is no reason to end a calibration.
+    // A closed terminal is no reason to end a calibration.
     let _ = write!(out, "{:.0}/s", state.per_sec());
 }
 
@@ -36,7 +36,7 @@ impl Bar {
         Bar { bar, lines: Lines::new(), started: Instant::now(), evaluations, best: None }
     }
 
-    /// Shows where the search is; breaks once Ctrl-C was pressed.
+    /// Shows the progress of the search; breaks after Ctrl-C.
     pub fn update(&mut self, progress: Progress) -> ControlFlow<()> {
         if !output::is_quiet() && self.bar.is_hidden() && self.started.elapsed() > Duration::from_secs(2) {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());

@@ -11,8 +11,8 @@ use crate::result::ResultFile;
 use std::path::Path;
 use std::time::Duration;
 
-/// result.json, timing.json (where the time is known), and per trajectory simulation.csv and plot.svg (numbered if there are several). What another number of
-/// trajectories left there is removed.
+/// result.json, timing.json (if the time is known), and per trajectory simulation.csv and plot.svg (numbered if there are several). Files that
+/// another number of trajectories left there are removed.
 pub fn files(
     folder: &Path,
     result: &ResultFile,

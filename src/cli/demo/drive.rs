@@ -1,15 +1,15 @@
-//! The drive of the demo: five cars on a hilly road, something hidden in one of them, files as a test track would hand them over.
+//! The drive of the demo: five cars on a hilly road, an effect hidden in one of them, files as from a test track.
 
 use super::super::synth;
 use super::Args;
 use crate::plant::{Base, Effect, EffectKind, Profile, Scenario, drawn, run};
 use std::str::FromStr;
 
-/// What is hidden, as on the command line.
+/// The hidden effect, as on the command line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hidden {
     effect: Option<Effect>,
-    /// Names of the parameters that were given; the others are the demo's to choose.
+    /// Names of the given parameters; the demo chooses the others.
     given: Vec<String>,
 }
 
@@ -27,7 +27,7 @@ impl FromStr for Hidden {
 }
 
 impl Hidden {
-    /// The effect; one that begins at a certain time does so within the part of the drive that is trained on.
+    /// The effect; one that begins at a certain time does so within the training part of the drive.
     pub fn effect(&self, duration: f64) -> Option<Effect> {
         let times: &[(&str, f64)] = match self.effect.as_ref()?.kind() {
             EffectKind::HeadwayModeChange => &[("t0", 0.4)],
@@ -41,14 +41,14 @@ impl Hidden {
         Some(effect)
     }
 
-    /// The car that has it: the one behind the platoon leader, unless the effect needs two cars ahead.
+    /// The car with the effect: the one behind the platoon leader, unless the effect needs two cars ahead.
     pub fn follower(&self) -> usize {
         let kind = self.effect.as_ref().map(Effect::kind);
         if kind == Some(EffectKind::MultiAnticipation) { 2 } else { 1 }
     }
 }
 
-/// platoon.csv (layout astazero-rebuilt), Slope.csv (the road) and, for the curious, truth.json.
+/// platoon.csv (layout astazero-rebuilt), Slope.csv (the road) and truth.json.
 pub fn write(args: &Args, follower: usize) -> anyhow::Result<()> {
     let mut scenario =
         Scenario { seed: args.seed, duration_s: args.duration, profile: Profile::Cruise, ..Scenario::default() };
@@ -73,7 +73,7 @@ mod tests {
         assert_eq!(values("headway_mode_change:t0=90,r=0.3"), Some(vec![0.3, 90.0]));
         assert_eq!(values("set_speed_change"), Some(vec![16.0, 105.0, 45.0]));
         assert_eq!(values("grade: gg=0.5"), Some(vec![0.5]));
-        assert!("gradient".parse::<Hidden>().expect_err("unknown").contains("there are"));
+        assert!("gradient".parse::<Hidden>().expect_err("unknown").contains("expected one of"));
         let follower = |text: &str| text.parse::<Hidden>().expect("good").follower();
         assert_eq!((follower("multi_anticipation"), follower("none"), follower("grade")), (2, 1, 1));
     }

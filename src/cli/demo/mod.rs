@@ -1,6 +1,6 @@
-//! `leadlag demo`: the whole way on data that the program makes itself, by the very commands that a user would type.
+//! `leadlag demo`: the whole workflow on synthetic data, by the same commands that a user would type.
 //!
-//! The plant writes the files; from then on only these are read, until the last lines say what had been hidden in them.
+//! The plant writes the files; from then on the demo reads only these, until the last lines reveal the hidden effect.
 
 mod drive;
 mod tell;
@@ -19,9 +19,9 @@ use clap::Parser;
 use drive::Hidden;
 use std::path::{Path, PathBuf};
 
-/// Simulations that a calibration of the demo may cost: about half of what the optimiser would take, and enough for six parameters.
+/// Largest number of simulations of a calibration in the demo: about half of what the optimiser would take, and enough for six parameters.
 const EVALUATIONS: &str = "12000";
-/// The base model to examine. The car is one of its kind, plus what is hidden.
+/// The base model to examine. The car follows it, plus the hidden effect.
 const BASE: &str = "idm";
 /// The file has no positions: the platoon leader starts at the beginning of the road table, also where a window of time is cut out.
 const ROAD: [&str; 2] = ["--lead-start", "0"];
@@ -52,19 +52,19 @@ fn duration(text: &str) -> Result<f64, String> {
     good.ok_or_else(|| format!("expected 120 to 7200 s, found `{text}`"))
 }
 
-/// What the demo works with.
+/// Files and settings of the demo.
 struct Demo {
     folder: PathBuf,
     seed: String,
     follower: String,
-    /// Last second that is trained on; the rest is held back.
+    /// Last second of the training data; the rest is held back.
     cut: String,
 }
 
-/// What came of it.
+/// Results.
 struct Found {
     outcome: Outcome,
-    /// NRMSE(s,v,a) of calibrated models on what was held back: base, then extended.
+    /// NRMSE(s,v,a) of calibrated models on the data held back: base, then extended.
     held_back: [Option<f64>; 2],
 }
 
@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let follower = args.hide.follower();
     drive::write(args, follower)?;
     output::print(&tell::beginning(args, follower))?;
-    // As `diagnose` cuts: no model is calibrated on the last third of the drive.
+    // As in `diagnose`: no model is calibrated on the last third of the drive.
     let demo = Demo {
         folder: args.out.clone(),
         seed: args.seed.to_string(),
@@ -90,7 +90,7 @@ impl Demo {
         self.folder.join(name).display().to_string()
     }
 
-    /// Runs `leadlag WORDS`, tells so, and gives back what it prints, which is kept in LOG.
+    /// Runs `leadlag WORDS`, prints the command, and returns its output, which is also kept in LOG.
     fn command(&self, words: &[&str], log: Option<&str>) -> anyhow::Result<String> {
         let log = log.map(|log| self.folder.join(log));
         output::print(&tell::command(words, log.as_deref()))?;
@@ -103,7 +103,7 @@ impl Demo {
         Ok(text)
     }
 
-    /// Sees the files of the drive and nothing else.
+    /// Reads only the files of the drive.
     fn analyse(&self) -> anyhow::Result<Found> {
         let platoon = self.path("platoon.csv");
         self.command(&["inspect", &platoon], Some("inspect.txt"))?;
@@ -137,7 +137,7 @@ impl Demo {
         Ok(Found { outcome, held_back })
     }
 
-    /// What tells a model its place on the road, for one that asks for it.
+    /// Options that give a model its place on the road, if it needs one.
     fn road<'a>(&self, slope: &'a str, causes: &[String]) -> anyhow::Result<Vec<&'a str>> {
         let model = extend(BASE.parse()?, causes)?;
         let wanted = model.needs_position();
@@ -154,7 +154,7 @@ impl Demo {
         Ok(ResultFile::read(&self.folder.join(name).join("result.json"))?)
     }
 
-    /// NRMSE(s,v,a) on what was held back; none if the run breaks off.
+    /// NRMSE(s,v,a) on the data held back; none if the run ends early.
     fn simulate(&self, name: &str, causes: &[String]) -> anyhow::Result<Option<f64>> {
         let (platoon, slope) = (self.path("platoon.csv"), self.path("Slope.csv"));
         let (result, out) = (self.path(&format!("{name}/result.json")), self.path(&format!("{name}_held_back")));
@@ -168,7 +168,7 @@ impl Demo {
         Ok(json["runs"][0]["score"]["nrmse_sva"].as_f64())
     }
 
-    /// The report; gives back its path.
+    /// Writes the report; returns its path.
     fn report(&self) -> anyhow::Result<String> {
         tell::step("5. All of it as one HTML file")?;
         let (diagnosis, page) = (self.path("diagnosis"), self.path("report.html"));

@@ -1,4 +1,4 @@
-//! What the demo says: few lines per step, and at the end what was found beside what had been hidden.
+//! Output of the demo: a few lines per step, and at the end the result beside the hidden effect.
 
 use super::super::output;
 use super::{Args, BASE, Found};
@@ -13,8 +13,8 @@ pub fn beginning(args: &Args, follower: usize) -> String {
     let folder = args.out.display();
     let text = format!(
         "A drive of five cars, {} s at 10 Hz on a hilly road, as sensors would have measured it: {folder}/platoon.csv (layout astazero-rebuilt), \
-         {folder}/Slope.csv. Follower {follower} drives by the model {BASE}, and may have something that {BASE} does not know. What follows \
-         sees these two files only; what had been hidden is said at the end.",
+         {folder}/Slope.csv. Follower {follower} follows the model {BASE}, and may have an effect that {BASE} lacks. The next steps \
+         read only these two files; the end reveals the hidden effect.",
         args.duration
     );
     format!("{}\n", wrapped(0, 0, &text))
@@ -25,7 +25,7 @@ pub fn step(title: &str) -> anyhow::Result<()> {
     output::print(&format!("\n== {title}\n"))
 }
 
-/// Prints what a command came to.
+/// Prints the result of a command.
 pub fn line(text: &str) -> anyhow::Result<()> {
     output::print(&wrapped(2, 4, text))
 }
@@ -52,7 +52,7 @@ pub fn calibrated(result: &ResultFile) -> String {
 pub fn held_back(model: &str, score: Option<f64>) -> String {
     match score {
         Some(score) => format!("{model}: NRMSE(s,v,a) {score:.4}"),
-        None => format!("{model}: the simulation breaks off"),
+        None => format!("{model}: the simulation ends early"),
     }
 }
 
@@ -100,14 +100,14 @@ pub fn ending(found: &Found, hidden: Option<&Effect>, page: &str) -> String {
         say(
             "gain",
             &format!(
-                "on the third that was held back NRMSE(s,v,a) is {base:.4} with {BASE} and {extended:.4} with the extension, {size:.0} % {more} (the report compares calibrations of its own, with wider bounds)"
+                "on the held-back third NRMSE(s,v,a) is {base:.4} with {BASE} and {extended:.4} with the extension, {size:.0} % {more} (the report compares separate calibrations, with wider bounds)"
             ),
         );
     }
     text += &format!("\n== Look at\n{page}\n\n== The same with your own data\n");
     text += "$ leadlag inspect FILE.csv\n";
     text += &format!("$ leadlag diagnose --data FILE.csv --follower 1 --base {BASE} --out diagnosis\n");
-    text += "      where the slope of the road is known, with --grade SLOPE.csv and\n";
+    text += "      if the slope of the road is known, with --grade SLOPE.csv and\n";
     text += "      --lead-start POSITION: where on SLOPE.csv the car ahead is in the first row\n";
     text += "$ leadlag report diagnosis -o report.html\n";
     text
@@ -126,7 +126,7 @@ fn in_words(effect: &Effect) -> String {
     format!("{kind}, {} ({})", values.join(", "), kind.meaning())
 }
 
-/// Whether the verdict is right, in words; a demo that only tells its successes would not be worth much.
+/// Whether the verdict is right, in words; a demo that reports only its successes would not be worth much.
 fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
     let named = || outcome.causes.iter().chain(&outcome.confounded_with);
     let several = outcome.causes.len() > 1;
@@ -147,13 +147,13 @@ fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
                 truth.zip(p.interval).is_none_or(|(truth, [low, high])| (low..=high).contains(&truth))
             });
             let size = if inside { "within" } else { "but outside" };
-            let also = if several { "; beside it something is named that was not hidden" } else { "" };
+            let also = if several { "; another name beside it was not hidden" } else { "" };
             format!("right, {size} the 95 % intervals{also}")
         }
         (Verdict::Named, None) => {
             let family = outcome.causes.iter().map(|c| c.family.as_str()).find(|f| !f.is_empty()).unwrap_or("-");
             format!(
-                "another name than the planted effect (family {family}): on this drive the two may look alike; another --seed gives another drive"
+                "another name than the planted effect (family {family}): on this drive the two may look similar; another --seed gives another drive"
             )
         }
         (Verdict::Ambiguous, _) if named().any(|cause| cause.name == name) => {
@@ -161,7 +161,7 @@ fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
         }
         (Verdict::Ambiguous, _) => "wrong: the planted effect is not among the names".to_owned(),
         (Verdict::NotTestable, _) | (Verdict::Nothing, _) if untestable(outcome, name) => {
-            "not found: the calibration absorbs it, which the diagnosis says".to_owned()
+            "not found: the calibration absorbs it, as the diagnosis reports".to_owned()
         }
         _ => "missed: the planted effect is too weak on this drive, or the calibration absorbs most of it".to_owned(),
     }

@@ -1,4 +1,4 @@
-//! The command that calibrates what a diagnosis has extended: on what was trained on, read and treated in the same way.
+//! The command that calibrates the extended model of a diagnosis: on the training data, read and treated in the same way.
 
 use super::super::data::{DataArgs, ReconcileArg};
 use super::super::demo::quoted;
@@ -9,10 +9,10 @@ use crate::result::diagnosis::Outcome;
 use crate::wgsl::extension_named;
 use std::path::Path;
 
-/// The command, if something is named; `trained` has the window of every file whose end is held back.
+/// The command, if a cause is named; `trained` has the window of every file whose end is held back.
 pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<Again> {
     let (causes, trained): (Vec<&str>, _) = match &outcome.recommended {
-        // What is recommended was judged on whole files.
+        // The recommended model was judged on whole files.
         Some(recommended) => (recommended.causes.iter().map(|cause| cause.name.as_str()).collect(), &[][..]),
         None => (outcome.causes.iter().map(|cause| cause.name.as_str()).collect(), trained),
     };
@@ -26,7 +26,7 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
     let mut flag = |name: &str, value: Option<String>| {
         words.extend(value.map(|value| format!("--{name} {value}").trim_end().to_owned()))
     };
-    // With a column map a follower is an id, which is not the number that the result has.
+    // With a column map a follower is an id, which differs from the number in the result.
     let number = outcome.data.first().filter(|_| args.prepare.columns.is_none()).map(|data| data.follower.to_string());
     flag("follower", args.follower.as_deref().map(quoted).or(number));
     flag("model", Some(base.variant.clone()));
@@ -36,7 +36,7 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
     let one_window = trained.first().filter(|first| trained.iter().all(|window| window == *first));
     data_flags(&args.prepare, one_window, &mut flag);
     match (&outcome.recommended, &args.out) {
-        // As wide as those it was judged with, which hold the user's own.
+        // As wide as in the diagnosis, with the user's own bounds.
         (Some(_), Some(out)) => flag("bounds", Some(path(&out.join(RECOMMENDED_BOUNDS)))),
         _ => args.bounds.iter().for_each(|given| flag("bounds", Some(quoted(given)))),
     }
@@ -49,16 +49,18 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
     Some(Again { words, on })
 }
 
-/// What the command calibrates on, in words.
+/// The data of the command, in words.
 fn on(trained: &[[f64; 2]], one_window: Option<&[f64; 2]>) -> String {
     match (trained, one_window) {
-        ([], _) => "on the files that were trained on".to_owned(),
-        (_, Some([from, to])) => format!("on what was trained on, {from:.1} to {to:.1} s"),
-        (_, None) => "on whole files, what was held back included, for it begins at another time in each".to_owned(),
+        ([], _) => "on the training files".to_owned(),
+        (_, Some([from, to])) => format!("on the training data, {from:.1} to {to:.1} s"),
+        (_, None) => {
+            "on whole files including the data held back, because those begin at another time in each file".to_owned()
+        }
     }
 }
 
-/// How the data are read and treated, as far as the user said so.
+/// Reading and treatment of the data, as far as the user has set them.
 fn data_flags(data: &DataArgs, window: Option<&[f64; 2]>, flag: &mut impl FnMut(&str, Option<String>)) {
     let DataArgs {
         layout,
@@ -80,7 +82,7 @@ fn data_flags(data: &DataArgs, window: Option<&[f64; 2]>, flag: &mut impl FnMut(
     flag("layout", layout.map(|layout| layout.to_string()));
     flag("columns", columns.as_deref().map(quoted));
     flag("trajectory", trajectory.as_deref().map(quoted));
-    // The window lies within one segment, and of what it cuts out the numbers would be others.
+    // The window lies within one segment, and its samples would have other numbers.
     flag("segment", segment.filter(|_| window.is_none()).map(|k| k.to_string()));
     flag("from", window.map(|[from, _]| *from).or(*from).map(time));
     flag("to", window.map(|[_, to]| *to).or(*to).map(time));
@@ -99,7 +101,7 @@ fn data_flags(data: &DataArgs, window: Option<&[f64; 2]>, flag: &mut impl FnMut(
     flag("lead-start", lead_start.map(|position| position.to_string()));
 }
 
-/// A built-in cause by its name, one of the user's own by its file.
+/// A built-in cause by its name, a user's by its file.
 fn extension(args: &Args, name: &str) -> String {
     let file = args.causes.iter().find(|file| file.file_stem().is_some_and(|stem| stem == name));
     match file {
@@ -112,7 +114,7 @@ fn path(path: &Path) -> String {
     quoted(&path.display().to_string())
 }
 
-/// A time as files write it: within the tolerance of the grid, without the dust of sums of 0.1.
+/// A time as in files: within the tolerance of the grid, without rounding errors of sums of 0.1.
 fn time(seconds: f64) -> String {
     let text = format!("{seconds:.6}");
     text.trim_end_matches('0').trim_end_matches('.').to_owned()
@@ -154,7 +156,7 @@ mod tests {
         let (typed, on) = after(&["a.csv", "--base", "idm"], &[[0.0, 266.6]]);
         let rest = "--model idm --extend grade --from 0 --to 266.6 --out extended";
         assert_eq!(typed, format!("leadlag calibrate a.csv --follower 2 {rest}"));
-        assert_eq!(on, "on what was trained on, 0.0 to 266.6 s");
+        assert_eq!(on, "on the training data, 0.0 to 266.6 s");
 
         let data =
             "--trajectory 7 --max-gap 2 --smooth --correct --resample 0.1 --reconcile speeds --vehicle bmw_x5 --grade";
@@ -165,9 +167,9 @@ mod tests {
         let start = "leadlag calibrate a.csv b.csv --joint --follower 24 --model idm --extend grade --columns ngsim --trajectory 7";
         let rest = data.strip_prefix("--trajectory 7 ").expect("its first words");
         let expected = format!("{start} --segment 2 --from 5 --to 90 {rest} level {more} --out d/extended");
-        assert_eq!(after(&held, &[]), (expected, "on the files that were trained on".to_owned()));
+        assert_eq!(after(&held, &[]), (expected, "on the training files".to_owned()));
 
-        // Where the ends differ, no window is that of both files.
+        // If the ends differ, the files share no window.
         let (typed, on) = after(&words, &[[5.0, 60.0], [5.0, 61.0]]);
         assert!(typed.contains("--from 5 --to 90") && on.starts_with("on whole files"), "{typed} {on}");
         let (typed, _) = after(&[&words[..], &["--segment", "2"]].concat(), &[[5.0, 61.0], [5.0, 61.0]]);

@@ -1,4 +1,4 @@
-//! The bar of a running diagnosis, after a second; where there is no terminal, a line a minute.
+//! The bar of a running diagnosis, after a second; without a terminal, one line a minute.
 
 use super::super::lines::Lines;
 use super::super::{interrupt, output};
@@ -24,7 +24,7 @@ impl Bar {
         Bar { bar, lines: Lines::new(), started: Instant::now() }
     }
 
-    /// Shows how far the work is; breaks once Ctrl-C was pressed.
+    /// Shows the progress; breaks after Ctrl-C.
     pub fn update(&mut self, progress: &Progress) -> ControlFlow<()> {
         if !output::is_quiet() && self.bar.is_hidden() && self.started.elapsed() > Duration::from_secs(1) {
             self.bar.set_draw_target(ProgressDrawTarget::stderr());

@@ -1,4 +1,4 @@
-//! From files to drives: checked, corrected if asked for, prepared, cut.
+//! From files to drives: checked, corrected on request, prepared, cut.
 
 use super::super::evaluator::warn;
 use super::Args;
@@ -21,7 +21,7 @@ pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
     loading.load(train, holdout, &mut |text| warn(&text))
 }
 
-/// The followers of one file that are asked for.
+/// The requested followers of one file.
 fn sources<'a>(args: &Args, reading: &'a Reading, file: &Path) -> anyhow::Result<Vec<Source<'a>>> {
     let (recording, follower) = reading.read(Input::File(file), args.follower.as_deref())?;
     let follower = follower.map_or_else(|| only_follower(&recording), Ok)?;

@@ -1,4 +1,4 @@
-//! `leadlag diagnose`: what the data and the simulation get wrong, which cause explains it, and what it is worth.
+//! `leadlag diagnose`: errors of the data and the simulation, their causes, and the gain of an extended model.
 
 mod again;
 mod bar;
@@ -81,7 +81,7 @@ pub struct Args {
 }
 
 impl Args {
-    /// The files to train on, however they were given.
+    /// The training files, by either option.
     pub fn trained_on(&self) -> impl Iterator<Item = &PathBuf> {
         self.data.iter().chain(&self.files)
     }
@@ -100,7 +100,7 @@ pub enum EffortArg {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let causes = causes(args)?;
-    // The check of the data needs no variant; the one it is prepared for then only says what it has to have.
+    // The check of the data needs no variant; the one of the preparation only lists the required signals.
     let variant = args.base.as_deref().map_or_else(|| Ok(Variant::from_id(1)?), model)?;
     let mut loaded = load::load(args, variant)?;
     if args.data_only {
@@ -117,7 +117,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let bounds = read_bounds(&args.bounds, &variant)?;
     if let Some(out) = &args.out {
-        // Before the work: a folder that is refused or cannot be written must not cost a diagnosis.
+        // Before the work: a refused or unwritable folder must not cost a diagnosis.
         folder::refuse(out, folder::RESULT, "diagnosis")?;
         folder::spare(out, args.data.iter().chain(&args.files).chain(&args.holdout), |name| {
             let own = [("simulation", "csv"), ("simulation", "svg"), ("missing_acceleration", "csv")];
@@ -172,7 +172,7 @@ fn plot(diagnosis: &Diagnosis, train: &[Drive], holdout: &[Drive]) -> anyhow::Re
     Ok(())
 }
 
-/// The causes of the library, and the user's own.
+/// The built-in causes, and the user's own.
 fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
     let mut causes = built_in();
     for path in &args.causes {
@@ -180,11 +180,9 @@ fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
         if !path.exists() && path.extension().is_none() {
             let names = causes.iter().map(|cause| cause.name.as_str());
             let message = match causes.iter().find(|cause| cause.name == given) {
-                Some(_) => format!(
-                    "--causes {given}: is built in and among those that are tried; --causes is for files of one's own"
-                ),
+                Some(_) => format!("--causes {given}: is built in and tried anyway; --causes is for your own files"),
                 None => format!(
-                    "--causes {given}: expected a file that ends in .wgsl, and there is no such file{}; what is built in is tried anyway (`leadlag list causes`)",
+                    "--causes {given}: expected a file that ends in .wgsl, and there is no such file{}; leadlag tries built-in causes anyway (`leadlag list causes`)",
                     did_you_mean(&given, names)
                 ),
             };

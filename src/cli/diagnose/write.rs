@@ -9,7 +9,7 @@ use crate::report::svg::{Panel, Series as Line, Style, render};
 use crate::result::diagnosis::describe::{Diagnosis, Series};
 use std::path::Path;
 
-/// diagnosis.json, per drive missing_acceleration_N.csv and simulation_N.svg, the pictures, each adopted cause as NAME.wgsl, and the bounds of what is recommended.
+/// diagnosis.json, per drive missing_acceleration_N.csv and simulation_N.svg, the pictures, each adopted cause as NAME.wgsl, and the bounds of the recommended model.
 pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[Drive]) -> anyhow::Result<()> {
     let outcome = &diagnosis.outcome;
     let mut change = Change::begin(folder)?;
@@ -48,7 +48,7 @@ pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[D
     finish(change, folder, before)
 }
 
-/// d(t) of base and extended model with what surrounds it.
+/// d(t) of base and extended model with the signals around it.
 fn table(base: &Series, extended: Option<&Series>) -> csv::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     writer.write_record([
@@ -85,7 +85,7 @@ fn table(base: &Series, extended: Option<&Series>) -> csv::Result<Vec<u8>> {
     writer.into_inner().map_err(|e| csv::Error::from(e.into_error()))
 }
 
-/// Measured states beside those of both models' free simulations; a run that broke off leaves empty fields.
+/// Measured states beside those of both models' free simulations; a run that ended early leaves empty fields.
 fn states(drive: &Drive, runs: [Option<&Free>; 2]) -> csv::Result<Vec<u8>> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let signals = ["spacing_m", "speed_mps", "accel_mps2"];

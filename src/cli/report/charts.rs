@@ -14,9 +14,9 @@ use std::path::Path;
 const SIGNALS: [(&str, &str); 3] =
     [("spacing s [m]", "spacing_m"), ("speed v [m/s]", "speed_mps"), ("acceleration a [m/s²]", "accel_mps2")];
 
-/// What becomes of a simulation that does not belong to its result.
+/// Warning about a simulation that does not belong to its result.
 const LEFT_OUT: &str =
-    "its charts are left out; `leadlag calibrate` with this folder as --out writes all its files anew";
+    "its charts are left out; `leadlag calibrate` with this folder as --out writes all its files again";
 
 /// The columns of a table by name; empty fields are NaN.
 pub(super) fn columns(path: &Path) -> anyhow::Result<BTreeMap<String, Vec<f64>>> {
@@ -81,7 +81,7 @@ pub fn of_diagnosis(folder: &Path, outcome: &Outcome) -> anyhow::Result<Vec<Char
 /// SUMO beside leadlag on each drive.
 pub fn of_sumo(folder: &Path, export: &Export) -> anyhow::Result<Vec<Chart>> {
     let mut charts = Vec::new();
-    // Without losses SUMO was not run, and what lies there is of another time.
+    // Without losses SUMO was not run, and files there belong to an earlier export.
     for (number, (drive, _)) in (1..).zip(export.data.iter().zip(&export.loss)) {
         let suffix = if export.data.len() == 1 { String::new() } else { format!("_{number}") };
         let path = folder.join(format!("sumo/comparison{suffix}.csv"));
@@ -96,7 +96,7 @@ pub fn of_sumo(folder: &Path, export: &Export) -> anyhow::Result<Vec<Chart>> {
     Ok(charts)
 }
 
-/// File and follower of a trajectory; the folders of the file only where another one has the same name.
+/// File and follower of a trajectory; the folders of the file only if another one has the same name.
 fn label(entry: &DataEntry, all: &[DataEntry]) -> String {
     let name = |entry: &DataEntry| Path::new(&entry.path).file_name().map(ToOwned::to_owned);
     let alike = all.iter().any(|other| other.path != entry.path && name(other) == name(entry));

@@ -32,15 +32,15 @@ pub struct Args {
     pub out: PathBuf,
 }
 
-/// Tells a diagnosis from a calibration.
+/// Distinguishes a diagnosis from a calibration.
 #[derive(serde::Deserialize)]
 struct Kind {
     verdict: Option<serde::de::IgnoredAny>,
 }
 
-/// What makes a folder one of the four kinds.
+/// The mark of each of the four kinds of folders.
 const FILES: [&str; 4] = [DIAGNOSIS, RESULT, FLEET, "tasks.jsonl"];
-/// Folders that are named where one of them has to be chosen.
+/// Names of folders in the message that asks for one of them.
 const NAMED: usize = 5;
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
@@ -65,7 +65,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The page of what a file is the main one of.
+/// The page for the main file of a result.
 pub fn page(file: &Path) -> anyhow::Result<String> {
     let folder = file.parent().unwrap_or(Path::new("."));
     let made = made_by(folder)?;
@@ -76,7 +76,7 @@ pub fn page(file: &Path) -> anyhow::Result<String> {
     }
 }
 
-/// The command that made what is in a folder, where it is known.
+/// The command that made the files of a folder, if known.
 fn made_by(folder: &Path) -> anyhow::Result<Option<MadeBy>> {
     let path = folder.join(RUN);
     if !path.exists() {
@@ -89,7 +89,7 @@ fn made_by(folder: &Path) -> anyhow::Result<Option<MadeBy>> {
     Ok(Some(made))
 }
 
-/// The file that makes a folder what it is.
+/// The file that marks the kind of a folder.
 fn result_in(args: &Args) -> anyhow::Result<PathBuf> {
     let of = |folder: &Path| FILES.into_iter().map(|name| folder.join(name)).find(|path| path.exists());
     if let Some(found) = of(&args.result) {
@@ -120,7 +120,7 @@ fn one(file: &Path, folder: &Path, made: Option<&MadeBy>) -> anyhow::Result<Stri
     let text = read_bounded(file)?;
     let Ok(Kind { verdict }) = serde_json::from_str(&text) else {
         bail!(
-            "{}: expected a folder that calibrate, diagnose or study wrote, or its result.json or diagnosis.json; this file is no JSON",
+            "{}: expected a folder that calibrate, diagnose or study wrote, or its result.json or diagnosis.json; this file is not JSON",
             file.display()
         );
     };

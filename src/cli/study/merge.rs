@@ -54,7 +54,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         }
         let shown = args.folder.display();
         bail!(
-            "{missing} of {} tasks are missing; `leadlag study run {shown}` computes them, --partial merges without",
+            "{missing} of {} tasks are missing; `leadlag study run {shown}` computes them, --partial merges without them",
             tasks.len()
         );
     }
@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         files.push((format!("{name}.csv"), table, csv::write(table)));
         files.push((format!("{name}.parquet"), table, parquet::write(table, &metadata)));
     }
-    // Whoever finds the tables finds what they lack, at any moment.
+    // The list of missing tasks is there whenever the tables are.
     files.insert(0, ("missing.csv".to_owned(), &merged.missing, csv::write(&merged.missing)));
     for (name, table, bytes) in files {
         change.write(&name, &bytes)?;

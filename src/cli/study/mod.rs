@@ -22,7 +22,7 @@ pub struct Args {
 
 #[derive(Debug, Subcommand)]
 enum Command {
-    /// Lay out a study in a folder; its tasks go to stdout, one per line, where that is no terminal
+    /// Lay out a study in a folder; its tasks go to stdout, one per line, unless that is a terminal
     #[command(after_help = "Example:
   leadlag study plan examples/plans/small.toml --out study")]
     Plan(plan::Args),
@@ -36,7 +36,7 @@ enum Command {
   leadlag study submit study --slurm
   leadlag study submit study --slurm --cpus 8 --sbatch --partition=short | sh")]
     Submit(submit::Args),
-    /// Show what is done, missing or damaged
+    /// Show finished, missing and damaged tasks
     #[command(after_help = "Example:
   leadlag study status study --json")]
     Status(status::Args),
@@ -66,13 +66,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
 }
 
-/// True if the plan or the command line asks for something that cannot be, as the same is judged in other verbs.
+/// True if the plan or the command line is invalid, as other verbs judge it.
 pub fn is_usage(error: &StudyError) -> bool {
     use StudyError::{Bounds, Drive, ForeignPlan, Missing, NoTask, Plan, PlanForFolder};
     match error {
         Plan(plan) => !matches!(plan, crate::study::PlanError::Read { .. }),
         Drive(DriveError::Prepare { source, .. }) => super::is_usage(&PrepareError::clone(source).into()),
-        // What the plan must say for these data, and does not.
+        // Settings that these data need and the plan lacks.
         Drive(DriveError::Several { .. } | DriveError::Map { .. }) | Missing { .. } => true,
         Drive(DriveError::Vehicle(vehicle)) => matches!(vehicle, VehicleError::Unknown { .. }),
         Bounds { .. } | ForeignPlan(_) | NoTask { .. } | PlanForFolder(_) => true,

@@ -19,18 +19,18 @@ pub struct Args {
     /// Folder of the study [default: the name of the plan, in this folder]
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// Folder of the data, instead of the one that the plan names
+    /// Folder of the data, instead of that of the plan
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// List the tasks although stdout is a terminal; into a file or another program they are listed anyway
     #[arg(long)]
     tasks: bool,
-    /// List the trajectories: their files with checksums, and what was done to the data before
+    /// List the trajectories: their files with checksums, and changes to the data
     #[arg(short, long)]
     verbose: bool,
 }
 
-/// So many followers are named in a warning.
+/// Largest number of followers in a warning.
 const NAMED: usize = 5;
 
 /// Columns of a line.
@@ -41,7 +41,7 @@ fn lines_within(indent: usize) -> textwrap::Options<'static> {
     textwrap::Options::new(WIDTH).initial_indent(indent).subsequent_indent(indent).break_words(false)
 }
 
-/// Which files are used, for whom, and what was done to the data before.
+/// The files in use, their vehicles, and changes to the data.
 fn used(study: &Study) -> String {
     let mut text = String::new();
     let mut platoon = "";
@@ -56,14 +56,14 @@ fn used(study: &Study) -> String {
     text
 }
 
-/// What a reader has to know of the data, and where the rest is.
+/// The most important facts about the data, and where to find the rest.
 fn in_short(study: &Study) -> String {
     let mut files: Vec<&str> = study.drives.iter().map(|drive| drive.entry.file.as_str()).collect();
     files.sort_unstable();
     files.dedup();
     let prepared = study.drives.iter().filter(|drive| !drive.entry.notes.is_empty()).count();
     let (count, of) = (counted(study.drives.len() as u64, "trajectory"), counted(files.len() as u64, "file"));
-    let text = format!("{count} of {of}; what was done to {prepared} of them: --verbose, or study.json");
+    let text = format!("{count} of {of}; changes to {prepared} of them: --verbose, or study.json");
     let mut text = format!("{}\n", fill(&text, lines_within(0)));
     if let Some(first) = study.left_out.first() {
         let (count, whole) = (study.left_out.len(), study.left_out.len() + study.drives.len());
@@ -77,7 +77,7 @@ fn in_short(study: &Study) -> String {
     text
 }
 
-/// Cars that are taken for one because their files give both no name.
+/// Cars that count as one because their files give both no name.
 fn taken_for_one(study: &Study) -> Option<String> {
     let tried = (0..study.drives.len()).filter(|&i| !study.validated_on(i).is_empty());
     let mut names: Vec<&str> =
@@ -85,14 +85,14 @@ fn taken_for_one(study: &Study) -> Option<String> {
     names.sort_unstable();
     names.dedup();
     let note = format!(
-        "the files do not name the cars: those called {} in several platoons are taken for one car, and what is calibrated on one is \
+        "the files do not name the cars: those called {} in several platoons count as one car, and a calibration on one is \
          validated on the others. If they are different cars, name them by `vehicle` in [[platoon]], or set validation.on = \"none\"",
         names.join(", ")
     );
     (!names.is_empty()).then_some(note)
 }
 
-/// Why nothing is validated, where something should be.
+/// Why nothing is validated, if the plan asks for validation.
 fn not_validated(study: &Study) -> Option<String> {
     if study.plan.validation == Validation::None || study.drives.len() < 2 || study.validation_runs() > 0 {
         return None;
@@ -103,13 +103,13 @@ fn not_validated(study: &Study) -> Option<String> {
     let more = if names.len() > NAMED { ", ..." } else { "" };
     names.truncate(NAMED);
     Some(format!(
-        "nothing is validated: no two platoons have a follower of the same name; the followers are {}{more}. Where they are the same driver, name \
-         him by `vehicle` in [[platoon]], or map his id as `group`",
+        "nothing is validated: no two platoons have a follower of the same name; the followers are {}{more}. If they are the same driver, give the name \
+         by `vehicle` in [[platoon]], or map the id as `group`",
         names.join(", ")
     ))
 }
 
-/// Trajectories that are validated on measurements that they are calibrated on.
+/// Trajectories that are validated on measurements of their own calibration.
 fn same_data(study: &Study) -> Option<String> {
     let pairs = (0..study.drives.len()).flat_map(|i| study.validated_on(i).into_iter().map(move |k| [i, k]));
     let shared = pairs.map(|pair| pair.map(|i| &study.drives[i])).find_map(|[own, other]| {
@@ -117,16 +117,16 @@ fn same_data(study: &Study) -> Option<String> {
         let is_apart = a.t[a.len() - 1] < b.t[0] || b.t[b.len() - 1] < a.t[0];
         let place = |t: &f64| b.t.binary_search_by(|u| u.total_cmp(t)).ok();
         let mut common = (0..if is_apart { 0 } else { a.len() }).filter_map(|i| Some((i, place(&a.t[i])?)));
-        // Other cars of a file drive at the same time; they differ at once.
+        // Other cars of a file drive at the same time; their first samples differ.
         let same =
             |count: usize, (i, k): (usize, usize)| ((a.s[i], a.v_f[i]) == (b.s[k], b.v_f[k])).then_some(count + 1);
         let count = common.try_fold(0, same)?;
-        // Windows that meet share a sample, or some.
+        // Adjacent windows share a sample, or some.
         (10 * count > a.len().min(b.len())).then_some((&own.entry, &other.entry, count))
     });
     let (own, other, count) = shared?;
     Some(format!(
-        "{} and {} share {count} of {} and {} samples ({}): what is calibrated on one is validated on itself, so far",
+        "{} and {} share {count} of {} and {} samples ({}): the calibration on one is partly validated on itself",
         own.label(),
         other.label(),
         own.samples,
@@ -150,7 +150,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let kept = kept.and_then(|folder| Folder::open(folder).ok()).filter(|folder| folder.study_file().is_ok());
     if kept.is_some() {
         eprintln!(
-            "the plan of a study: its name, its extensions and, without --data, the folder of its data are those that the study keeps"
+            "the plan of a study: its name, its extensions and, without --data, the folder of its data are those of the study"
         );
     }
     let mut plan = kept.map_or_else(|| Plan::read(&args.plan).map_err(StudyError::from), |folder| folder.plan())?;
@@ -169,7 +169,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let tasks = study.tasks();
     let before = Folder::open(&out).and_then(|folder| folder.tasks()).unwrap_or_default();
     Folder::create(&out, &content, &study)?;
-    // Thousands of lines are for the next program; a reader is told how many there are.
+    // Thousands of lines are for the next program; a terminal shows their number.
     if args.tasks || !std::io::stdout().is_terminal() {
         output::print(&lines(&tasks))?;
     }
@@ -189,6 +189,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let before = before.len();
         eprintln!("{gone} of the {before} tasks planned here before are not in this plan;\ntheir parts stay, unused");
     }
-    eprintln!("go on with: leadlag study run {}", out.display());
+    eprintln!("continue with: leadlag study run {}", out.display());
     Ok(())
 }

@@ -35,7 +35,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if missing > 0 && !args.partial {
         let tasks = tasks.len();
         bail!(
-            "{missing} of {tasks} tasks are missing; `leadlag study run {shown}` computes them, --partial reports without"
+            "{missing} of {tasks} tasks are missing; `leadlag study run {shown}` computes them, --partial reports without them"
         );
     }
     if inventory.done() == 0 {

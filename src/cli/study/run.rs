@@ -15,9 +15,9 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// So many tasks are listed where an id means several.
+/// Largest number of tasks listed for an ambiguous id.
 const LISTED: usize = 5;
-/// A run that was asked to stop ends within a second: what the calibrations under way take longer for is given up.
+/// A stopped run ends within a second: calibrations that take longer are given up.
 const PATIENCE: Duration = Duration::from_millis(700);
 
 #[derive(Debug, clap::Args)]
@@ -34,7 +34,7 @@ pub struct Args {
     /// Skip tasks that other runs are working on instead of waiting
     #[arg(long)]
     no_wait: bool,
-    /// Folder of the data, where it has moved since the study was planned
+    /// Folder of the data, if it has moved since the study was planned
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// Number of simultaneous calibrations; does not change results [default: 8 per thread, 512 on a GPU]
@@ -52,7 +52,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let (study, tasks) = folder.study(args.data.as_deref())?;
     let chosen = choose(args, &tasks)?;
     if args.gpu.is_some() && !matches!(study.plan.calibration.evaluator, Kind::Gpu | Kind::Auto) {
-        let message = "--gpu: this plan computes on the CPU; `evaluator = \"gpu\"` or \"auto\" in a plan goes with it";
+        let message = "--gpu: this plan computes on the CPU; it needs `evaluator = \"gpu\"` or \"auto\" in the plan";
         return Err(Usage(message.to_owned()).into());
     }
     let progress = Arc::new(Progress::default());
@@ -73,7 +73,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Ok(summary) => summary,
         Err(error) => {
             let done = progress.done.load(Ordering::SeqCst);
-            eprintln!("{done} of {} tasks are done and kept; after mending: {again}", chosen.len());
+            eprintln!("{done} of {} tasks are done and kept; after a correction: {again}", chosen.len());
             return Err(error.into());
         }
     };
@@ -81,9 +81,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         bail!("{}", interrupted(&progress, chosen.len(), &again));
     }
     report(&summary, &progress, started.elapsed());
-    // Whoever did a share of the tasks need not have done the last one.
+    // The process that ends last need not be the one with the last task.
     let is_whole = tasks.iter().all(|task| folder.part(&task.id).is_file());
-    eprintln!("go on with: leadlag study {} {}", if is_whole { "merge" } else { "status" }, shown(args));
+    eprintln!("continue with: leadlag study {} {}", if is_whole { "merge" } else { "status" }, shown(args));
     Ok(())
 }
 
@@ -92,7 +92,7 @@ fn shown(args: &Args) -> String {
     quoted(&args.folder.display().to_string())
 }
 
-/// The command that goes on with the same tasks.
+/// The command that continues the same tasks.
 fn again(args: &Args) -> String {
     let mut command = format!("leadlag study run {}", shown(args));
     let flags = [
@@ -108,7 +108,7 @@ fn again(args: &Args) -> String {
     command + if args.no_wait { " --no-wait" } else { "" }
 }
 
-/// Indices of the tasks that were asked for, in their order.
+/// Indices of the requested tasks, in their order.
 fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
     if let Some(shard) = &args.shard {
         return Ok(shard.of(tasks));
@@ -122,7 +122,7 @@ fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
     Ok(chosen)
 }
 
-/// Index of the one task whose id begins so.
+/// Index of the one task with this begin of its id.
 fn named(id: &str, tasks: &[Task]) -> anyhow::Result<usize> {
     if id.is_empty() {
         return Err(Usage("--task: expected an id, found nothing".to_owned()).into());
@@ -135,7 +135,7 @@ fn named(id: &str, tasks: &[Task]) -> anyhow::Result<usize> {
     Err(StudyError::NoTask { id: id.to_owned(), found: found.len(), first }.into())
 }
 
-/// What was done, to stderr.
+/// Summary, to stderr.
 fn report(summary: &Summary, progress: &Progress, elapsed: Duration) {
     let seconds = elapsed.as_secs_f64();
     let Summary { tasks, before, computed, failed, by_others, left } = *summary;
@@ -158,29 +158,29 @@ fn interrupted(progress: &Progress, tasks: usize, again: &str) -> String {
     let of = |counter: &AtomicU64| counter.load(Ordering::SeqCst);
     let (done, computed) = (of(&progress.done), of(&progress.computed));
     format!(
-        "interrupted: {done} of {tasks} tasks are done and kept, {computed} of them computed now; go on with: {again}"
+        "interrupted: {done} of {tasks} tasks are done and kept, {computed} of them computed now; continue with: {again}"
     )
 }
 
-/// Ends the program a moment after Ctrl-C, should the tasks under way not end by themselves. All that is finished is on the disk.
+/// Ends the program a moment after Ctrl-C if the tasks under way do not end. All finished results are on the disk.
 fn give_up_in_time(progress: Arc<Progress>, tasks: usize, again: String) {
-    // Without a thread to spare it ends when the calibrations under way do.
+    // Without a spare thread the program ends with the calibrations under way.
     let _ = std::thread::Builder::new().spawn(move || {
         while !interrupt::asked() {
             std::thread::sleep(Duration::from_millis(20));
         }
         std::thread::sleep(PATIENCE);
-        // An error, so `--quiet` does not silence it; nobody listening changes nothing about the status.
+        // An error, so `--quiet` does not silence it; a closed output does not change the status.
         let _ = writeln!(std::io::stderr(), "error: {}", interrupted(&progress, tasks, &again));
         std::process::exit(1);
     });
 }
 
-/// The bar on a terminal; elsewhere lines that say the same.
+/// The bar on a terminal; elsewhere lines with the same content.
 pub struct Bar {
     bar: ProgressBar,
     lines: Lines,
-    /// What a calibration may take; what it does take shows when the first ones have ended.
+    /// Expected time of a calibration; the measured time replaces it when the first ones have ended.
     max_evaluations: u64,
 }
 
@@ -211,7 +211,7 @@ impl Bar {
         self.bar.set_message(message);
     }
 
-    /// How fast it goes, what is left, and what failed.
+    /// Speed, remaining tasks and failures.
     fn pace(&self, progress: &Progress) -> String {
         let of = |counter: &AtomicU64| counter.load(Ordering::SeqCst);
         let (done, computed, failed) = (of(&progress.done), of(&progress.computed), of(&progress.failed));
@@ -219,7 +219,7 @@ impl Bar {
         let (evaluations, finished) = (of(&progress.evaluations) as f64, of(&progress.finished) as f64);
         let left = self.bar.length().unwrap_or(0).saturating_sub(done) as f64;
         let per_task = if computed > 0 { finished / computed as f64 } else { self.max_evaluations as f64 };
-        // Of the tasks under way, a part is done already.
+        // Tasks under way are partly done.
         let work = (left * per_task - (evaluations - finished)).max(0.0);
         let pace = if evaluations > 0.0 {
             let eta = indicatif::HumanDuration(Duration::from_secs_f64((work / evaluations * seconds).min(1e9)));

@@ -75,34 +75,34 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let folder = quoted(&args.folder.display().to_string());
     match (inventory.conflicting.is_empty(), inventory.missing.is_empty()) {
         (false, _) => text += "delete the wrong file of each pair, or both; `run` computes them again\n",
-        (true, false) => writeln!(text, "go on with: leadlag study run {folder}")?,
+        (true, false) => writeln!(text, "continue with: leadlag study run {folder}")?,
         (true, true) => {
             let further = args.parts.iter().map(|parts| format!(" --parts {}", quoted(&parts.display().to_string())));
-            writeln!(text, "go on with: leadlag study merge {folder}{}", further.collect::<String>())?;
+            writeln!(text, "continue with: leadlag study merge {folder}{}", further.collect::<String>())?;
         }
     }
     output::print(&text)
 }
 
-/// Says what is wrong with the parts.
+/// Lists faults of the parts.
 ///
 /// # Errors
-/// If two parts contradict each other: nothing can be made of them.
+/// If two parts contradict each other, neither is used.
 pub fn complain(inventory: &Inventory) -> anyhow::Result<()> {
     complaints(inventory).lines().for_each(|line| eprintln!("{line}"));
     let pairs = output::counted(inventory.conflicting.len() as u64, "pair");
     anyhow::ensure!(
         inventory.conflicting.is_empty(),
-        "parts contradict each other ({pairs}), and nothing is made of them; delete the wrong one of each pair; `leadlag study run` \
-         computes a task again that is left without a part"
+        "parts contradict each other ({pairs}), and leadlag uses neither; delete the wrong one of each pair; `leadlag study run` \
+         computes a task without a part again"
     );
     Ok(())
 }
 
-/// What is wrong with the parts, one line each; empty if nothing is.
+/// Faults of the parts, one line each; empty without any.
 fn complaints(inventory: &Inventory) -> String {
     let mut text = String::new();
-    // Ten tell what is the matter.
+    // Ten show the kind of fault.
     let mut tell = |lines: Vec<String>| {
         lines.iter().take(10).for_each(|line| text += &format!("{line}\n"));
         if lines.len() > 10 {
@@ -110,10 +110,10 @@ fn complaints(inventory: &Inventory) -> String {
         }
     };
     let say = |files: &[PathBuf], what: &str| files.iter().map(|path| format!("{}: {what}", path.display())).collect();
-    tell(say(&inventory.damaged, "is no whole part of this version: its task counts as missing"));
+    tell(say(&inventory.damaged, "is not a complete part of this version: its task counts as missing"));
     tell(say(&inventory.double, "repeats another part: no harm"));
     let pairs = inventory.conflicting.iter().map(|(path, other)| (path.display(), other.display()));
     tell(pairs.map(|(path, other)| format!("{path}: contradicts {other}, a part of the same task")).collect());
-    tell(say(&inventory.foreign, "is no part of this plan: it is left out"));
+    tell(say(&inventory.foreign, "is not a part of this plan: it is left out"));
     text
 }

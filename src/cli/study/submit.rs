@@ -1,4 +1,4 @@
-//! `leadlag study submit`: what a scheduler needs to compute a study.
+//! `leadlag study submit`: files with which a scheduler computes a study.
 
 use super::super::Usage;
 use super::super::demo::quoted;
@@ -11,9 +11,9 @@ use anyhow::Context;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// Candidate-steps that a core simulates in a second, where nothing was measured: a slow core, with a variant that has delay and dynamics.
+/// Candidate-steps per core and second without a measurement: a slow core, with a variant that has delay and dynamics.
 const STEPS_PER_S: f64 = 20e6;
-/// The limit of a job is so many times what it should take, and some minutes for it to begin: cores and tasks differ.
+/// The limit of a job is this multiple of the expected time, plus some minutes to start: cores and tasks differ.
 const SLACK: f64 = 3.0;
 const BEGINNING_MIN: f64 = 10.0;
 
@@ -28,7 +28,7 @@ pub struct Args {
     /// Cores of each job of the array
     #[arg(long, value_name = "N", default_value_t = 4, value_parser = whole(1_u16, 1024))]
     cpus: u16,
-    /// What a job should take; the number of jobs follows from it
+    /// Target time of a job; the number of jobs follows from it
     #[arg(long, value_name = "MIN", default_value_t = 30, value_parser = whole(1_u16, 10_000))]
     minutes: u16,
     /// Jobs of the array at most; a cluster has a limit of its own (MaxArraySize)
@@ -40,18 +40,18 @@ pub struct Args {
     /// A further option of sbatch, such as --partition=short; may be given several times
     #[arg(long, value_name = "OPTION", allow_hyphen_values = true)]
     sbatch: Vec<String>,
-    /// What the jobs call
+    /// Program that the jobs call
     #[arg(long, value_name = "PROGRAM", default_value = "leadlag")]
     program: String,
-    /// Folder of the data, where it has moved since the study was planned
+    /// Folder of the data, if it has moved since the study was planned
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
-    /// Folder for the scripts and what the jobs say [default: slurm, in the study's folder]
+    /// Folder for the scripts and the output of the jobs [default: slurm, in the study's folder]
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
 }
 
-/// What the scripts are written from.
+/// Settings of the scripts.
 struct Job<'a> {
     args: &'a Args,
     name: String,
@@ -72,7 +72,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let open = inventory.missing.len();
     if open == 0 {
         let (all, shown) = (counted(tasks.len() as u64, "task"), quoted(&args.folder.display().to_string()));
-        eprintln!("all {all} are done; go on with: leadlag study merge {shown}");
+        eprintln!("all {all} are done; continue with: leadlag study merge {shown}");
         return Ok(());
     }
     let (seconds, source) = per_task(args, &folder, &study)?;
@@ -102,7 +102,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let out = job.out.display().to_string();
     if let Some(broken) = args.sbatch.iter().chain([&out]).find(|text| text.contains(['\n', '\r'])) {
         return Err(Usage(format!(
-            "{broken:?} has a line end, which an #SBATCH line cannot hold; expected a name without one, such as --out DIR of another folder"
+            "{broken:?} has a line end, which an #SBATCH line cannot contain; expected a name without one, such as --out DIR of another folder"
         ))
         .into());
     }
@@ -121,7 +121,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     output::print(&format!("array=$(sbatch --parsable {array})\nsbatch --dependency=afterany:${{array%;*}} {merge}\n"))
 }
 
-/// CPU seconds that a task takes, and where that is known from.
+/// CPU seconds of a task, and the source of this number.
 fn per_task(args: &Args, folder: &Folder, study: &StudyFile) -> anyhow::Result<(f64, String)> {
     let past = past_runs(folder);
     if let Some(seconds) = args.task_seconds {
@@ -136,7 +136,7 @@ fn per_task(args: &Args, folder: &Folder, study: &StudyFile) -> anyhow::Result<(
     let seconds = study.max_evaluations as f64 * mean / STEPS_PER_S;
     let shown = quoted(&args.folder.display().to_string());
     let first = folder.tasks()?.first().map_or(String::new(), |task| task.id.clone());
-    eprintln!("nothing was measured yet; a task that is run first tells what they take:");
+    eprintln!("nothing was measured yet; run one task first to measure its time:");
     eprintln!("  leadlag study run {shown} --task {first}");
     let rate = STEPS_PER_S / 1e6;
     let max = study.max_evaluations;
@@ -144,10 +144,10 @@ fn per_task(args: &Args, folder: &Folder, study: &StudyFile) -> anyhow::Result<(
 }
 
 impl Job<'_> {
-    /// The lines that both scripts begin with.
+    /// The common first lines of both scripts.
     fn head(&self, name: &str, log: &str, lines: &[String]) -> String {
         let mut text = format!("#!/bin/sh\n# Written by leadlag study submit. {}.\n", self.why);
-        // SLURM replaces what follows a percent sign.
+        // SLURM interprets characters after a percent sign.
         let out = self.out.display().to_string().replace('%', "%%");
         let own = [
             format!("--job-name={name}"),
@@ -184,7 +184,7 @@ impl Job<'_> {
         let rest = format!(" --no-wait --threads \"$cores\"{data}");
         let shard = format!(" --shard \"$SLURM_ARRAY_TASK_ID/{}\"{rest}", self.jobs);
         if self.locks && self.jobs > 1 {
-            text += "# Its own share first; then what jobs that were cancelled or are slower have left.\n";
+            text += "# Its own share first; then the tasks that cancelled or slower jobs have left.\n";
             let _ = writeln!(text, "{} || exit", self.command("run", &shard));
             let _ = writeln!(text, "exec {}", self.command("run", &rest));
         } else {
@@ -197,7 +197,7 @@ impl Job<'_> {
     fn merge(&self) -> String {
         let lines = ["--cpus-per-task=1".to_owned(), "--time=30".to_owned()];
         let head = self.head(&format!("{}-merge", self.name), "%j-merge.log", &lines);
-        let text = "# It names the tasks that are missing, if any are, and fails: then submit again.\n";
+        let text = "# It names missing tasks, if any, and fails: then submit again.\n";
         format!("{head}{text}exec {}\n", self.command("merge", ""))
     }
 }

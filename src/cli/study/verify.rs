@@ -12,7 +12,7 @@ use serde_json::Value;
 use std::path::PathBuf;
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// So many differing parts are named.
+/// Largest number of differing parts in a message.
 const NAMED: usize = 10;
 
 #[derive(Debug, clap::Args)]
@@ -29,7 +29,7 @@ pub struct Args {
     /// A further folder of parts, computed elsewhere; may be given several times
     #[arg(long, value_name = "DIR")]
     parts: Vec<PathBuf>,
-    /// Folder of the data, where it has moved since the study was planned
+    /// Folder of the data, if it has moved since the study was planned
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
 }
@@ -46,7 +46,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if inventory.done() == 0 {
         bail!("no task is done yet; `leadlag study run {}` computes them", args.folder.display());
     }
-    // Whoever changes a part must not know which ones are looked at.
+    // The selection must be unpredictable for anyone who changes a part.
     let clock = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| u64::from(time.subsec_nanos()));
     let seed = args.seed.unwrap_or_else(clock);
     let chosen = drawn(&inventory, args.share, seed);
@@ -75,9 +75,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         eprintln!("{id} ({platoon} follower {follower}, {}): {difference}", then.calibration.variant);
     }
     bail!(
-        "{said}{count} came out otherwise: its numbers were changed, or they come from another version of this program, or from another \
-         processor, library or device, whose last digits may differ (then verify it there); delete what is wrong from {}, and \
-         `leadlag study run` computes it again",
+        "{said}{count} differ: the numbers were changed, or they come from another version of this program, or from another \
+         processor, library or device, whose last digits may differ (then verify it there); delete the wrong parts from {}, and \
+         `leadlag study run` computes them again",
         folder.parts().display()
     )
 }

@@ -4,7 +4,7 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::path::Path;
 
-/// The longest text that people write: maps, plans, bounds, vehicles, curves, extensions \[bytes\].
+/// The longest text that users write: maps, plans, bounds, vehicles, curves, extensions \[bytes\].
 pub const TEXT_MAX: u64 = 16 << 20;
 /// The longest text that this program writes and reads again: results, diagnoses, parts of a study \[bytes\]. A thousand replicates with their convergence
 /// are some megabytes.
@@ -12,10 +12,10 @@ pub const RESULT_MAX: u64 = 64 << 20;
 /// The longest line of a table \[bytes\]; 60 columns of 20 digits need about 1 200.
 pub const LINE_MAX: usize = 1 << 20;
 
-/// The largest table of measurements that is read, as CSV or Parquet \[bytes\]: of text, unpacked where it is packed, and of memory for its rows. That
-/// of NGSIM, the largest one that people have, has 1.5 GB of text, and its 12 million rows take 2.3 GB.
+/// Largest table of measurements, as CSV or Parquet \[bytes\]: of text, unpacked if it is packed, and of memory for its rows. That
+/// of NGSIM, the largest in common use, has 1.5 GB of text, and its 12 million rows take 2.3 GB.
 pub const TABLE_MAX: u64 = 3 << 30;
-/// What a row takes beside the 8 bytes of each column that is read \[bytes\]: its line, checksum, and place among times and names.
+/// Memory of a row beside the 8 bytes of each column \[bytes\]: its line, checksum, and place among times and names.
 pub const ROW: u64 = 128;
 /// The largest table that this program writes and reads again \[bytes\]: of text, and [`ROW`] for each line. A fleet of 100 000 pairs with three laws
 /// has 130 MB.
@@ -44,24 +44,24 @@ pub fn read_to_string(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(read(path, most)?).map_err(no_text)
 }
 
-/// Hands on what it reads until a line is longer than [`LINE_MAX`], or there is too much of it.
+/// Passes on its input until a line is longer than [`LINE_MAX`], or the input exceeds the limit.
 pub struct Lines<R> {
     inner: R,
     /// Bytes of the line so far.
     length: usize,
-    /// What may still come \[bytes\], each line counted as [`ROW`] more.
+    /// Remaining allowance \[bytes\], each line counted as [`ROW`] more.
     left: u64,
 }
 
 impl<R: Read> Lines<R> {
-    /// Watches the lines of `inner`, of which there may be any number.
+    /// Watches the lines of `inner`, in any number.
     pub fn new(inner: R) -> Self {
         Lines { inner, length: 0, left: u64::MAX }
     }
 }
 
 impl Lines<File> {
-    /// A table that this program wrote, of at most [`OWN_TABLE_MAX`].
+    /// A table of this program, of at most [`OWN_TABLE_MAX`].
     ///
     /// # Errors
     /// When it cannot be opened.

@@ -1,4 +1,4 @@
-//! Text of others: read to a limit, shown so that it does no harm, and compared with the words that are known.
+//! Foreign text: read to a limit, shown harmlessly, and compared with known words.
 
 pub mod bounded;
 pub mod shown;

@@ -1,4 +1,4 @@
-//! Text of others as people may read it: what moves a cursor, hides or turns letters around is shown as an escape.
+//! Foreign text for people: characters that move a cursor, hide or reorder text become escapes.
 
 use std::borrow::Cow;
 
@@ -9,7 +9,7 @@ fn is_unseen(c: char) -> bool {
         || matches!(c, '\u{61c}' | '\u{200b}'..='\u{200f}' | '\u{2028}'..='\u{202e}' | '\u{2060}'..='\u{2069}' | '\u{feff}')
 }
 
-/// A name on one line: `\u000a` for a line end. What is escaped this way is valid in JSON, too.
+/// A name on one line: `\u000a` for a line end. Text escaped this way is valid in JSON, too.
 #[must_use]
 pub fn name(text: &str) -> Cow<'_, str> {
     escaped(text, is_unseen)

@@ -1,8 +1,8 @@
-//! The known word that somebody may have meant.
+//! The nearest known word for a misspelt one.
 
 use strum::VariantNames;
 
-/// The word of `known` nearest to one that is not known, if it is near enough to be a typing error: a third of the letters, one to
+/// The word of `known` nearest to an unknown one, if it is near enough to be a typing error: a third of the letters, one to
 /// three of them.
 #[must_use]
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
@@ -11,7 +11,7 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
 }
 
 /// The word of `known` nearest to another one, the first of several, if it is no more edits away than `limit` allows for it. Case
-/// counts nothing; blanks and hyphens are as good as underscores.
+/// does not count; blanks and hyphens are as good as underscores.
 #[must_use]
 pub fn nearest_within<'a>(
     word: &str,
@@ -21,10 +21,10 @@ pub fn nearest_within<'a>(
     let wanted = plain(word);
     let near = |known: &'a str| {
         let (other, limit) = (plain(known), limit(known));
-        // The distance takes quadratic time, and is no less than the difference of the lengths.
+        // The distance takes quadratic time, and is at least the difference of the lengths.
         let lengths = wanted.chars().count().abs_diff(other.chars().count());
         let distance = (lengths <= limit).then(|| strsim::osa_distance(&wanted, &other))?;
-        // A word of which nothing is left is no typing error.
+        // A word of which no letter remains is not a typing error.
         (distance <= limit && distance < other.chars().count()).then_some((distance, known))
     };
     known.into_iter().filter_map(near).min_by_key(|(distance, _)| *distance).map(|(_, known)| known)
@@ -40,7 +40,7 @@ pub fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) ->
     suggestion(nearest(word, known))
 }
 
-/// The same for a word that has been found already.
+/// The same for a word that has already been found.
 #[must_use]
 pub fn suggestion(near: Option<&str>) -> String {
     near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
@@ -55,7 +55,7 @@ pub fn any_of(words: &[&str]) -> String {
     }
 }
 
-/// A word that is none of those of an enum.
+/// A word outside an enum.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error("{what} `{found}`: expected {}{}", any_of(.known), did_you_mean(.found, .known.iter().copied()))]
 pub struct UnknownWord {
@@ -65,7 +65,7 @@ pub struct UnknownWord {
 }
 
 impl UnknownWord {
-    /// `what` is what the words of `T` stand for.
+    /// `what` names the kind of the words of `T`.
     #[must_use]
     pub fn of<T: VariantNames>(what: &'static str, found: &str) -> UnknownWord {
         UnknownWord { what, found: found.to_owned(), known: T::VARIANTS }

@@ -20,9 +20,9 @@ pub(super) fn rate_rms(t: &[f64], gap: &[f64], dv: &[f64], shift: isize, longest
 }
 
 /// Change of the gap over a second less that of the integrated speed difference, root mean square \[m/s\]: whatever the sampling rate, noise
-/// of the gap counts as over a second, and a sensor that holds its value for that long is forgiven.
+/// of the gap counts as over a second, and a sensor that holds its value for that long is accepted.
 fn second_rms(t: &[f64], gap: &[f64], dv: &[f64]) -> Option<f64> {
-    // Distance that the speeds tell, and how many samples lack one of the two, up to each sample.
+    // Distance by the speeds, and the number of samples that lack one of the two, up to each sample.
     let (mut told, mut lacking) = (vec![0.0; t.len()], vec![0_usize; t.len() + 1]);
     for i in 0..t.len() {
         lacking[i + 1] = lacking[i] + usize::from(!(gap[i].is_finite() && dv[i].is_finite()));
@@ -41,10 +41,10 @@ fn second_rms(t: &[f64], gap: &[f64], dv: &[f64]) -> Option<f64> {
     }))
 }
 
-/// Time over which a gap is compared with the speeds \[s\], less what rounding takes of it.
+/// Time over which a gap is compared with the speeds \[s\], reduced by rounding.
 const SECOND: f64 = 1.0 - 1e-6;
 
-/// That a gap and the speeds describe different cars, if they differ by more than a unit, of which there is a note of its own.
+/// Warns that a gap and the speeds describe different cars, if they differ by more than a unit, which has its own note.
 pub(super) fn contradiction(signal: &str, t: &[f64], gap: &[f64], dv: &[f64]) -> Option<Note> {
     let rms_mps = second_rms(t, gap, dv).filter(|&rms| rms > CONTRADICTION_MPS)?;
     let note = Note::GapContradicts { signal: signal.to_owned(), rms_mps };
@@ -67,7 +67,7 @@ pub(super) fn gap_column(number: usize, layout: Layout) -> String {
 mod tests {
     use super::*;
 
-    /// A minute behind a car that is faster by the sine, with the gap as a sensor tells it.
+    /// A minute behind a car that is faster by the sine, with the gap as a sensor measures it.
     fn drive(dt: f64, sensor: impl Fn(usize, f64) -> f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let t: Vec<f64> = (0..(60.0 / dt) as usize).map(|i| i as f64 * dt).collect();
         let gap = t.iter().enumerate().map(|(i, t)| sensor(i, 30.0 - 2.0 * (0.5 * t).cos())).collect();

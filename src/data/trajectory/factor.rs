@@ -1,19 +1,19 @@
-//! Signals that say the same thing twice and differ by a factor: units taken for each other.
+//! Signals with the same content that differ by a factor: confused units.
 
 use super::steps::longest_step;
 
-/// The gap follows from differences of speeds, which noise drowns; less than this factor is no unit.
+/// The gap follows from differences of speeds, which noise drowns; a smaller factor is not a unit.
 const FACTOR: f64 = 1.8;
 /// Gap and speeds must vary together as closely as this before their ratio is believed: squared correlation.
 const TOGETHER: f64 = 0.8;
 /// The gap is compared with the speeds over stretches of this length \[s\].
 const WINDOW_S: f64 = 5.0;
-/// Less variation than this says nothing \[m\].
+/// Less variation than this is not enough \[m\].
 const VARIATION_M: f64 = 1.0;
-/// Fewer stretches say nothing.
+/// Fewer stretches are not enough.
 const WINDOWS_MIN: usize = 5;
 
-/// By how many times a gap changes as much as the speeds say, where that is certain and not about 1. A drive is its times,
+/// Ratio of the change of the gap to that by the speeds, if it is certain and not about 1. A drive is its times,
 /// the speed of the vehicle ahead minus that of the follower, and the distance; missing values are NaN.
 pub(super) fn of_gap<'a>(drives: impl IntoIterator<Item = (&'a [f64], &'a [f64], &'a [f64])>) -> Option<f64> {
     let (mut xx, mut xy, mut yy, mut windows) = (0.0, 0.0, 0.0, 0);
@@ -31,7 +31,7 @@ pub(super) fn of_gap<'a>(drives: impl IntoIterator<Item = (&'a [f64], &'a [f64],
     (enough && together && !(1.0 / FACTOR..=FACTOR).contains(&ratio)).then_some(ratio)
 }
 
-/// What the speeds say, and what the gap says, of its change over each stretch of [`WINDOW_S`] \[m\].
+/// Change of the gap over each stretch of [`WINDOW_S`] by the speeds, and by the gap \[m\].
 fn changes(t: &[f64], dv: &[f64], distance: &[f64]) -> Vec<[f64; 2]> {
     let (mut start, mut integral) = (0, 0.0);
     let longest = longest_step(t);
@@ -49,7 +49,7 @@ fn changes(t: &[f64], dv: &[f64], distance: &[f64]) -> Vec<[f64; 2]> {
     changes
 }
 
-/// Ratios of units that are taken for each other.
+/// Ratios of units that are often confused.
 const MISTAKES: [(f64, &str); 7] = [
     (1.0 / 0.3048, "feet per metre"),
     (3.6, "km/h per m/s"),
@@ -60,7 +60,7 @@ const MISTAKES: [(f64, &str); 7] = [
     (3.0, "30 frames per second taken for 10"),
 ];
 
-/// How far a ratio of measured data may lie from that of two units to be explained by them.
+/// Largest deviation of a measured ratio from that of two units for the units to explain it.
 const NEAR: f64 = 0.05;
 
 /// The units that explain a ratio, in words.
@@ -72,7 +72,7 @@ pub(super) fn explain(ratio: f64) -> Option<String> {
     if near(1.0 / 3.6) {
         return Some("the speeds look like km/h".to_owned());
     }
-    // A thousand has no name of its own; what is meant is said instead.
+    // A thousand has no unit name; the message names the likely mistake instead.
     if near(1000.0) {
         return Some("a thousand times: is the gap in millimetres?".to_owned());
     }
@@ -90,7 +90,7 @@ pub(super) fn explain(ratio: f64) -> Option<String> {
 mod tests {
     use super::*;
 
-    /// A gap that breathes by 10 m, and what two speeds say of it.
+    /// A gap that oscillates by 10 m, and the same change by two speeds.
     fn drive() -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let t: Vec<f64> = (0..1200).map(|i| f64::from(i) * 0.1).collect();
         let dv = t.iter().map(|t| 2.0 * (0.2 * t).cos()).collect();

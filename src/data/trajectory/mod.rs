@@ -1,7 +1,7 @@
-//! Measured data: from a file to leader–follower pairs that are ready to be simulated.
+//! Measured data: from a file to leader–follower pairs for simulation.
 //!
 //! A file becomes a [`Recording`] (`import`), its platoons become [`Trajectory`] pairs (`prepare`);
-//! whatever was derived, filled, cut or reconciled on the way is kept as [`Note`]s.
+//! everything derived, filled, cut or reconciled on the way is kept as [`Note`]s.
 
 mod agreement;
 pub mod error;
@@ -60,7 +60,7 @@ impl Source {
     }
 }
 
-/// A checksum as it is written everywhere: lower-case hexadecimal.
+/// A checksum in its usual form: lower-case hexadecimal.
 pub fn hexadecimal(bytes: &[u8]) -> String {
     bytes.iter().map(|byte| format!("{byte:02x}")).collect()
 }
@@ -70,7 +70,7 @@ pub fn hexadecimal(bytes: &[u8]) -> String {
 pub struct Recording {
     /// The file.
     pub source: Source,
-    /// Its layout, detected or as told.
+    /// Its layout, detected or given.
     pub layout: Layout,
     /// At least one platoon, in file order.
     pub platoons: Vec<Platoon>,
@@ -78,11 +78,11 @@ pub struct Recording {
     pub companions: Vec<Source>,
     /// Grade of the road from a file beside it, if any.
     pub grade: Option<Grade>,
-    /// What its followers are chosen by.
+    /// Selection of its followers.
     pub chosen_by: ChosenBy,
 }
 
-/// What a follower of a recording is chosen by.
+/// Selection of a follower of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ChosenBy {
     /// Its place: 1 is right behind the leader.
@@ -113,7 +113,7 @@ pub struct Platoon {
     pub lines: Vec<u64>,
     /// Front to back; `cars[0]` is the platoon leader. Cars without any column are absent.
     pub cars: Vec<Car>,
-    /// What the importer did to the data beyond reading it.
+    /// Changes by the importer.
     pub notes: Vec<Note>,
 }
 
@@ -123,9 +123,9 @@ pub struct Car {
     /// Position in the platoon as numbered by the file: 1 is the platoon leader. 0 is the car ahead of the leader of a
     /// pair file.
     pub number: usize,
-    /// Name as written in the file (`Tesla(Model3)`), or `car 2` where the file gives none.
+    /// Name as written in the file (`Tesla(Model3)`), or `car 2` if the file gives none.
     pub name: String,
-    /// Length of the car \[m\] where the file or its companion table gives one.
+    /// Length of the car \[m\] if the file or its companion table gives one.
     pub length: Option<f64>,
     /// Speed \[m/s\].
     pub v: Vec<f64>,
@@ -137,13 +137,13 @@ pub struct Car {
     pub a: Option<Vec<f64>>,
     /// Sine of the road grade under this car, where the file gives one.
     pub sin_grade: Option<Vec<f64>>,
-    /// What is wrong with its own signals: nothing that needs them can be computed.
+    /// Faults of its own signals: results that need them are unavailable.
     pub faults: Faults,
-    /// What is wrong with its gap.
+    /// Faults of its gap.
     pub gap_faults: Faults,
 }
 
-/// True for a name that stands for none: files of pairs name no car, tables give a number. Two cars may have it.
+/// True for a placeholder: files of pairs name no car, tables give a number. Two cars may have it.
 #[must_use]
 pub fn is_nameless(car: &str) -> bool {
     let is_number = car.chars().all(|c| c.is_ascii_digit());
@@ -151,7 +151,7 @@ pub fn is_nameless(car: &str) -> bool {
 }
 
 impl Platoon {
-    /// What is wrong with the signals that a follower needs; 1 is the car right behind the leader.
+    /// Faults of the signals that a follower needs; 1 is the car right behind the leader.
     #[must_use]
     pub fn faults_of(&self, follower: usize) -> Faults {
         let mut faults = Faults::default();
@@ -164,7 +164,7 @@ impl Platoon {
         faults
     }
 
-    /// True if there is a follower whose signals are sound, and long enough to be used.
+    /// True if there is a follower with sound signals of sufficient length.
     fn is_usable(&self) -> bool {
         let duration = self.t.first().zip(self.t.last()).map_or(0.0, |(first, last)| last - first);
         if duration < prepare::SEGMENT_MIN_S {
@@ -176,7 +176,7 @@ impl Platoon {
 }
 
 impl Car {
-    /// A car without signals; without a name (or with an empty one) it is called after its number.
+    /// A car without signals; without a name (or with an empty one) its number is the name.
     fn new(number: usize, name: Option<&str>) -> Self {
         Car {
             number,
@@ -196,13 +196,13 @@ impl Car {
     }
 }
 
-/// One leader–follower pair without gaps, on a uniform time step: what an evaluator simulates.
+/// One leader–follower pair without gaps, on a uniform time step: input of an evaluator.
 ///
 /// All vectors have the same length; `s[i] == x_l[i] - x_f[i] - len_l` up to rounding, and `x_f`
 /// follows from `v_f` by the ballistic scheme of the paper's Eq. 1.
 #[derive(Debug, Clone)]
 pub struct Trajectory {
-    /// `FILE-STEM follower N`, with the trajectory id and segment where there are several.
+    /// `FILE-STEM follower N`, with the trajectory id and segment if there are several.
     pub label: String,
     /// The file.
     pub source: Source,
@@ -210,7 +210,7 @@ pub struct Trajectory {
     pub follower: usize,
     /// Name of the follower as in the file.
     pub name: String,
-    /// Its id, where the file names its trajectories.
+    /// Its id, if the file names its trajectories.
     pub id: Option<String>,
     /// Nominal time step \[s\], decimal (0.1, not the difference of two decimal times).
     pub dt: f64,
@@ -222,7 +222,7 @@ pub struct Trajectory {
     pub x_l: Vec<f64>,
     /// Speed of the preceding vehicle \[m/s\].
     pub v_l: Vec<f64>,
-    /// Length of the preceding vehicle \[m\]; 0 where unknown, `x_l` then means its rear bumper.
+    /// Length of the preceding vehicle \[m\]; 0 if unknown, `x_l` then means its rear bumper.
     pub len_l: f64,
     /// Measured position of the follower \[m\].
     pub x_f: Vec<f64>,
@@ -236,7 +236,7 @@ pub struct Trajectory {
     pub s_l2: Option<Vec<f64>>,
     /// Road grade, where known.
     pub grade: Option<Grade>,
-    /// What was derived, filled, cut, smoothed, resampled or reconciled, in order.
+    /// Signals derived, filled, cut, smoothed, resampled or reconciled, in order.
     pub notes: Vec<Note>,
 }
 
@@ -247,7 +247,7 @@ impl Trajectory {
         self.t.len()
     }
 
-    /// Who drives the follower, where the file says so: `ACC`, `Human`.
+    /// Driver of the follower, if the file names one: `ACC`, `Human`.
     #[must_use]
     pub fn driver(&self) -> Option<&str> {
         self.notes.iter().find_map(|note| match note {
@@ -256,12 +256,12 @@ impl Trajectory {
         })
     }
 
-    /// What was done to the data, in order.
+    /// Changes to the data, in order.
     pub fn preparation(&self) -> impl Iterator<Item = &Note> {
         self.notes.iter().filter(|note| !matches!(note, Note::Found { .. }))
     }
 
-    /// What the check of the data found.
+    /// Findings of the check of the data.
     pub fn findings(&self) -> impl Iterator<Item = &Finding> {
         self.notes.iter().filter_map(|note| match note {
             Note::Found { finding } => Some(&**finding),
@@ -269,7 +269,7 @@ impl Trajectory {
         })
     }
 
-    /// What is wrong with the data and moves what is calibrated, or was corrected, a line each.
+    /// Faults of the data that change the calibration, or were corrected, one line each.
     pub fn faults(&self) -> impl Iterator<Item = String> + '_ {
         self.findings().filter(|finding| finding.matters || finding.correction.is_some()).map(Finding::told)
     }

@@ -1,23 +1,23 @@
-//! What was done to measured data before it is simulated against.
+//! Changes to measured data before a simulation.
 
 use super::soundness::Finding;
 use std::fmt;
 
-/// One thing that was done to the data, in the order in which it was done. `Display` gives one line.
+/// One change of the data, in the order of the changes. `Display` gives one line.
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "units are in the names, and the displayed line of each note explains its fields")]
 pub enum Note {
-    /// The file marks who drives: at this time the mode begins (or the file starts with it).
+    /// The file marks the driver: at this time the mode begins (or the file starts with it).
     DriverMode { car: usize, t_s: f64, mode: String },
-    /// Columns that no layout knows were not read.
+    /// Columns that no layout has were not read.
     IgnoredColumns { columns: Vec<String> },
     /// The last line has no end: if the file was cut there, its last number may be wrong.
     OpenEnd { line: u64 },
     /// A length that the file does not state.
     LengthDerived { car: usize, length_m: f64, from: String },
-    /// Nobody gives the length of the car ahead: positions of that car mean its rear bumper.
+    /// The length of the car ahead is unknown: positions of that car mean its rear bumper.
     LengthUnknown,
     /// A signal that the file does not have was derived from others.
     Derived { signal: String, from: String },
@@ -47,11 +47,11 @@ pub enum Note {
         speed_rms_mps: f64,
         spacing_rms_m: f64,
     },
-    /// Where no position is measured, the preceding vehicle starts here.
+    /// Without a measured position, the preceding vehicle starts here.
     StartAssumed { position_m: f64 },
     /// Spacing and speeds were made consistent; the residual is the measured gap minus the integrated speed difference.
     Reconciled { anchor: String, rms_m: f64, largest_m: f64, drift_m_per_km: f64 },
-    /// The gap changes by a factor more than the speeds say: the unit of one of them is not that of its column's name.
+    /// The gap changes by a factor more than by the speeds: the unit of one of them is not that of its column's name.
     UnitsContradict { ratio: f64, hint: Option<String> },
     /// The rate of the gap and the difference of the speeds disagree too much for signals of the same cars.
     GapContradicts { signal: String, rms_mps: f64 },
@@ -61,19 +61,19 @@ pub enum Note {
     Mapped { map: String, pair: Option<String> },
     /// Pairs of a long table that are too short to be used.
     ShortPairs { pairs: usize, needed_s: f64 },
-    /// Gaps that are not above 0, which became missing values: of which car, and what its gap is called.
+    /// Gaps that are not above 0, which became missing values: their car, and the name of its gap.
     NoGap { car: usize, signal: String, samples: usize },
-    /// The time of a trajectory starts anew, so that two bear its id; the second is read as another one.
+    /// The time of a trajectory restarts, so that two have its id; the second is read as another one.
     IdAgain { id: String, line: u64, read_as: String },
     /// Lines around the header that hold no data, from this one on.
     LinesSkipped { line: u64, lines: u64, what: String },
-    /// Vehicles whose number was borne by another one before.
+    /// Vehicles whose number another one had before.
     NumbersAgain { vehicles: usize, numbers: usize },
-    /// Vehicles with values that cannot be, whose pairs are left out.
+    /// Vehicles with impossible values, whose pairs are left out.
     BrokenLeftOut { vehicles: usize, problem: String },
-    /// What the check of the data found.
+    /// Findings of the check of the data.
     Found { finding: Box<Finding> },
-    /// Rows that stand in the file more than once, letter by letter, and were taken once.
+    /// Identical rows that were counted once.
     RowsRepeated { rows: usize, line: u64 },
 }
 
@@ -138,7 +138,7 @@ impl fmt::Display for Note {
                 let hint = hint.as_ref().map_or(String::new(), |hint| format!(" ({hint})"));
                 write!(
                     f,
-                    "the gap changes {ratio:.3} times as much as the speeds say{hint}: are times in s, speeds in m/s, and gaps in m? Other units are read with --columns"
+                    "the gap changes {ratio:.3} times as much as the speeds imply{hint}: are times in s, speeds in m/s, and gaps in m? Other units are read with --columns"
                 )
             }
             Note::GapContradicts { signal, rms_mps } => {
@@ -154,7 +154,7 @@ impl fmt::Display for Note {
             }
             Note::IdAgain { id, line, read_as } => write!(
                 f,
-                "line {line}: the time starts anew, so two trajectories bear the id {id}; the one from here on is read as {read_as}"
+                "line {line}: the time restarts, so two trajectories have the id {id}; the second one is read as {read_as}"
             ),
             Note::LinesSkipped { line, lines: 1, what } => write!(f, "line {line} not read: {what}"),
             Note::LinesSkipped { line, lines, what } => {
@@ -162,17 +162,17 @@ impl fmt::Display for Note {
             }
             Note::NumbersAgain { vehicles, numbers } => write!(
                 f,
-                "numbers come again after a pause, and are taken for other vehicles: {} vehicles bear {numbers} numbers",
+                "numbers come again after a pause, and count as other vehicles: {} vehicles have {numbers} numbers",
                 numbers + vehicles
             ),
             Note::BrokenLeftOut { vehicles, problem } => {
                 write!(f, "pairs of {vehicles} vehicles with broken values are left out; {problem}")
             }
             Note::RowsRepeated { rows: 1, line } => {
-                write!(f, "line {line} repeats another row letter by letter; taken once")
+                write!(f, "line {line} repeats another row exactly; used once")
             }
             Note::RowsRepeated { rows, line } => {
-                write!(f, "{rows} rows are repeated letter by letter and taken once, the first in line {line}")
+                write!(f, "{rows} rows are exact repetitions and used once, the first in line {line}")
             }
             Note::Found { finding } => write!(f, "{}", finding.told()),
             Note::GradeFromColumn { points } => {

@@ -1,15 +1,15 @@
-//! Steps of a signal that no sum may cross: a pause of the recording, a lap that begins anew, a number that another car bears.
+//! Steps of a signal that no sum may cross: a pause of the recording, a lap that restarts, a number that another car has.
 
 use super::prepare::{GRID_TOLERANCE_S, median_step};
 use crate::statistics::order_statistic;
 
-/// A step of time that is longer than this, and than usual, is a pause \[s\]: what preparation does not interpolate by itself.
+/// A step of time that is longer than this, and than usual, is a pause \[s\]: preparation does not interpolate it by default.
 pub(super) const PAUSE_S: f64 = 1.0;
 /// ... than usual by this factor, so that a table with one row in two seconds has none.
 const UNUSUAL: f64 = 1.5;
-/// A change of position of more than this many times the usual one is no driving: the end of a lap, or another car.
+/// A change of position of more than this multiple of the usual one is not driving: the end of a lap, or another car.
 const JUMP: f64 = 5.0;
-/// The usual change of position is that which this share of the steps does not exceed: it is not that of a car that mostly stands.
+/// The usual change of position is the one that this share of the steps does not exceed: not that of a car that mostly stands.
 const USUAL: f64 = 0.9;
 
 /// The longest step of time that is not a pause \[s\].
@@ -18,7 +18,7 @@ pub(super) fn longest_step(t: &[f64]) -> f64 {
     PAUSE_S.max(UNUSUAL * usual) + GRID_TOLERANCE_S
 }
 
-/// The largest change of a position from one sample to the next that is driving \[m\]; infinite where nothing moves.
+/// The largest change of a position from one sample to the next by driving \[m\]; infinite without motion.
 pub(super) fn largest_move(x: &[f64]) -> f64 {
     let moves = x.windows(2).map(|x| (x[1] - x[0]).abs()).filter(|step| step.is_finite());
     let usual = order_statistic(moves, USUAL).unwrap_or(0.0);

@@ -19,7 +19,7 @@ pub enum VehicleError {
         /// Why.
         source: std::io::Error,
     },
-    /// Not the TOML that was expected.
+    /// The TOML has another form than expected.
     #[error(
         "{path}: expected one table per vehicle with mass_unladen_kg, phi, f_0_N, f_1_N_per_kmh, f_2_N_per_kmh2 and \
          optionally name, aliases, length_m, mfc"
@@ -30,7 +30,7 @@ pub enum VehicleError {
         /// Where and why.
         source: Box<toml::de::Error>,
     },
-    /// Not the CSV that was expected.
+    /// The CSV has another form than expected.
     #[error("{path}: cannot read the table")]
     Csv {
         /// The file.
@@ -50,7 +50,7 @@ pub enum VehicleError {
         /// Why.
         source: Box<VehicleError>,
     },
-    /// A value that cannot be.
+    /// An impossible value.
     #[error("{path}:{line}: expected {expected}, found `{found}`")]
     Table {
         /// The file.
@@ -62,19 +62,19 @@ pub enum VehicleError {
         /// What was found.
         found: String,
     },
-    /// A number of a curve that cannot be.
+    /// An impossible number of a curve.
     #[error("{path}:{line}: expected {expected}, found {found}")]
     Range {
         /// The file.
         path: String,
         /// Its line, from 1.
         line: u64,
-        /// Which column, and what it may hold.
+        /// Column, and its range.
         expected: String,
         /// What was found.
         found: f64,
     },
-    /// A number of a vehicle that cannot be.
+    /// An impossible number of a vehicle.
     #[error("{path}: vehicle {slug}: {quantity}: expected {expected}, found {found}")]
     Value {
         /// The file.
@@ -88,7 +88,7 @@ pub enum VehicleError {
         /// What was found.
         found: String,
     },
-    /// No such vehicle in the table.
+    /// The table has no such vehicle.
     #[error("vehicle `{name}` is not in {table}; it has {}{}", known.join(", "), did_you_mean(name, known.iter().map(String::as_str)))]
     Unknown {
         /// As asked for.
@@ -117,7 +117,7 @@ struct Entry {
     mfc: Option<PathBuf>,
 }
 
-/// A vehicle of a table, its curve not read yet: a curve that nobody needs must not get in the way.
+/// A vehicle of a table, its curve not read yet: a curve that is not needed must not cause an error.
 struct Listed {
     vehicle: Vehicle,
     table: String,
@@ -149,7 +149,7 @@ impl Listed {
 }
 
 impl Entry {
-    /// Checks the numbers; `place` says in which file and line a quantity stands.
+    /// Checks the numbers; `place` gives file and line of a quantity.
     fn into_listed(
         self,
         slug: String,
@@ -179,7 +179,7 @@ impl Entry {
             let is_load = ROAD_LOADS.contains(&lower) && ROAD_LOADS.contains(&upper);
             check(is_load, quantity, "both within -100000 to 100000", found)?;
         }
-        // A curve beside the table may lie there under the slug's name without being mentioned.
+        // A curve beside the table may have the slug's name without being mentioned.
         let beside = folder.map(|f| f.join(format!("mfc_{slug}.csv"))).filter(|p| p.exists());
         let mfc_path = self.mfc.map(|p| folder.map_or(p.clone(), |f| f.join(p))).or(beside);
         let vehicle = Vehicle {
@@ -199,10 +199,10 @@ impl Entry {
     }
 }
 
-/// What a coefficient of the road load may be, in its unit: ten times that of the heaviest truck.
+/// Range of a coefficient of the road load, in its unit: ten times that of the heaviest truck.
 const ROAD_LOADS: std::ops::RangeInclusive<f64> = -1e5..=1e5;
 
-/// `FILE:LINE` of a quantity of a vehicle in the text of a TOML table; the file alone where it stands in no line of its own.
+/// `FILE:LINE` of a quantity of a vehicle in the text of a TOML table; the file alone if the quantity has no line of its own.
 fn place(text: &str, path: &str, slug: &str, quantity: &str) -> String {
     let unquoted = |text: &str| text.trim().trim_matches(['"', '\'']).to_owned();
     let mut inside = false;
@@ -231,7 +231,7 @@ fn parse_listed(text: &str, path: &str, folder: Option<&Path>) -> Result<Vec<Lis
     entries.into_iter().map(listed).collect()
 }
 
-/// The columns of `vehicles.csv` that matter here.
+/// The relevant columns of `vehicles.csv`.
 #[derive(Debug, Deserialize)]
 #[allow(non_snake_case, reason = "N is the symbol of the newton")]
 struct CsvRow {
@@ -306,8 +306,8 @@ fn listed(path: &Path) -> Result<Vec<Listed>, VehicleError> {
     Ok(vehicles)
 }
 
-/// The vehicle of a table that is called `name`, if there is one. With `needs_curve` its MFC curve has to be sound; without, one
-/// that cannot be read is left out. Curves of other vehicles are not looked at.
+/// The vehicle `name` of a table, if there is one. With `needs_curve` its MFC curve has to be sound; without, one
+/// that cannot be read is left out. Curves of other vehicles are ignored.
 ///
 /// # Errors
 /// The file cannot be read, a vehicle in it is impossible, or the curve that is needed cannot be used.
@@ -324,7 +324,7 @@ pub fn find(text: &str) -> Result<Vehicle, VehicleError> {
     find_for(text, true)
 }
 
-/// As [`find`], for whoever may not need the curve: see [`find_in`].
+/// As [`find`], for callers that may not need the curve: see [`find_in`].
 ///
 /// # Errors
 /// As [`find`].

@@ -6,7 +6,7 @@ use crate::trajectory::Source;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-/// What the columns may hold \[m/s, m/s², m/s²\]: three times what the strongest road cars do, and of the
+/// Range of the columns \[m/s, m/s², m/s²\]: three times the values of the strongest road cars, and of the
 /// other sign no more than a fit or a car beyond its top speed has.
 const RANGES: [(&str, RangeInclusive<f64>); 3] =
     [("speed_mps", 0.0..=200.0), ("a_ap", -1.0..=30.0), ("a_dp", -30.0..=1.0)];
@@ -28,7 +28,7 @@ impl Mfc {
     /// Reads `speed_mps,a_ap,a_dp`.
     ///
     /// # Errors
-    /// A missing column, a value that is no finite number, speeds that do not increase, fewer than two rows.
+    /// A missing column, a value that is not a finite number, speeds that do not increase, fewer than two rows.
     pub fn read_csv(path: &Path) -> Result<Mfc, VehicleError> {
         let table = |line: u64, found: String, expected: &'static str| VehicleError::Table {
             path: path.display().to_string(),

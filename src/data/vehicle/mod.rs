@@ -8,7 +8,7 @@ pub use mfc::Mfc;
 
 use crate::trajectory::Source;
 
-/// What the equations need to know about a car.
+/// Properties of a car that the equations need.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vehicle {
     /// Short name, `tesla_model3`.
@@ -29,7 +29,7 @@ pub struct Vehicle {
     pub f_1_printed: [f64; 2],
     /// Bounds of f_2 as printed in Table 3, per (km/h)² \[N/(km/h)²\].
     pub f_2_printed: [f64; 2],
-    /// Acceleration and deceleration potential, where a curve is at hand.
+    /// Acceleration and deceleration potential, if there is a curve.
     pub mfc: Option<Mfc>,
     /// The table it was read from; `None` if built in.
     pub table: Option<Source>,

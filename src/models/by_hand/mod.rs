@@ -1,7 +1,7 @@
 //! The ceiling on a CPU: IDM without extensions, written by hand as one fused loop over blocks of candidates.
 //!
-//! It interprets nothing, checks nothing but the spacing, and serves no other variant: what an evaluator that runs any
-//! text can hope to come near to. Plain arrays and loops, which the compiler turns into vector instructions; the
+//! It interprets nothing, checks nothing but the spacing, and serves no other variant: the limit for an evaluator that runs any
+//! text. Plain arrays and loops, which the compiler turns into vector instructions; the
 //! function is compiled for several instruction sets, and the processor chooses at run time.
 
 mod real;
@@ -12,12 +12,12 @@ use crate::symbols::Parameters;
 use rayon::prelude::*;
 use real::Real;
 
-/// Candidates that advance together: enough independent work to hide how long one operation takes.
+/// Candidates that advance together: enough independent work to hide the latency of an operation.
 const LANES: usize = 64;
 
 type Lanes<T> = [T; LANES];
 
-/// What the loop needs of one measured sample.
+/// The values of one measured sample that the loop needs.
 #[derive(Debug, Clone, Copy)]
 struct Sample<T> {
     v_l_before: T,
@@ -139,7 +139,7 @@ impl<T: Real> Native<T> {
     }
 
     fn score(&self, sums: &Sums<T>, lane: usize) -> Score {
-        // Also NaN: a lowest spacing that is no number is not above 0.
+        // Also NaN: a lowest spacing of NaN is not above 0.
         if sums.lowest[lane].into() <= 0.0 || sums.lowest[lane].into().is_nan() {
             return Score::Failed(Failure { kind: FailureKind::Crash, step: self.road.samples.len() });
         }
@@ -172,7 +172,7 @@ fn drive<T: Real, const FUSED: bool>(road: &Road<T>, p: &Block<T>) -> Sums<T> {
     let mut lowest = s;
     let mut square = [[zero; LANES]; 3];
     for sample in &road.samples {
-        // Stage by stage: within a stage nothing waits for anything, so that the processor can work on many lanes at once.
+        // Stage by stage: within a stage no operation waits for another one, so that the processor can work on many lanes at once.
         let mut share = [zero; LANES];
         for i in 0..LANES {
             share[i] = v[i] * p.per_v_0[i];
@@ -212,8 +212,8 @@ impl<T: Real> pulp::WithSimd for Fused<'_, T> {
     }
 }
 
-/// The loop with the best vector instructions that the processor has. Where it has no fused multiply-adds they would be library
-/// calls, so that the loop does without.
+/// The loop with the best vector instructions of the processor. Without fused multiply-adds they would be library
+/// calls, so the loop does not use them there.
 fn fastest<T: Real>(road: &Road<T>, block: &Block<T>) -> Sums<T> {
     match pulp::Arch::new() {
         pulp::Arch::Scalar => drive::<T, false>(road, block),

@@ -3,7 +3,7 @@
 use super::space::{Overrides, parse_bounds};
 use crate::catalog::Variant;
 
-/// Bounds of human drivers; beside each number is its source, or that it is chosen.
+/// Bounds of human drivers; beside each number is its source, or a mark that it is chosen.
 const HUMAN: &str = include_str!("human.toml");
 
 /// A named set of bounds, as `--bounds` takes it.
@@ -19,18 +19,18 @@ pub enum BoundSet {
 }
 
 impl BoundSet {
-    /// Where its numbers are from, in words.
+    /// Source of its numbers, in words.
     #[must_use]
     pub fn source(self) -> &'static str {
         match self {
             BoundSet::Acc => "Table 3",
             BoundSet::Human => {
-                "Rafati Fard and Shariat Mohaymany (2019), Green (2000), some chosen wide; what is the car's by Table 3"
+                "Rafati Fard and Shariat Mohaymany (2019), Green (2000), some chosen wide; those of the car by Table 3"
             }
         }
     }
 
-    /// What replaces Table 3 for a variant.
+    /// Bounds that replace Table 3 for a variant.
     ///
     /// # Panics
     /// Never: the sets are part of the program, and a test reads them.

@@ -1,16 +1,16 @@
-//! Many calibrations that have nothing to do with each other but the evaluator.
+//! Many calibrations that share only the evaluator.
 
 use super::tasks::{Task, run};
 use super::{CalibrateError, Calibration, Replicate, SearchSpace};
 use crate::evaluator::Evaluator;
 use std::ops::ControlFlow;
 
-/// Calibrates each case of an evaluator by itself, in the search space of the same place; all generations of a time are simulated together.
-/// Each entry is what [`calibrate_replicate`](super::calibrate_replicate) finds on that case alone, replicate 0: what a candidate scores
-/// does not depend on its neighbours. Once `stop` says so, all end with what they have.
+/// Calibrates each case of an evaluator separately, in the search space of the same place; concurrent generations are simulated together.
+/// Each entry is the result of [`calibrate_replicate`](super::calibrate_replicate) on that case alone, replicate 0: the score of a candidate
+/// does not depend on its neighbours. When `stop` asks for it, all end with their results so far.
 ///
 /// # Errors
-/// When the evaluator fails. A case of which no candidate is feasible, or that was stopped before it had any, is an error of its own entry.
+/// When the evaluator fails. A case without a feasible candidate, or stopped before any, is an error of its own entry.
 ///
 /// # Panics
 /// Unless there is one search space per case.

@@ -1,9 +1,9 @@
-//! Scores in f64 for the few candidates between which f32 cannot decide.
+//! Scores in f64 for the few candidates that f32 cannot rank.
 
 use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Job, Score};
 use crate::lanes::{Lanes, LanesPrecision};
 
-/// The f64 evaluator on the CPU, whatever simulates the bulk; made when it is first needed.
+/// The f64 evaluator on the CPU, whatever simulates the bulk; made at its first use.
 #[derive(Debug, Default)]
 pub(super) struct Exact {
     lanes: Option<Lanes>,

@@ -24,16 +24,16 @@ use std::ops::ControlFlow;
 use std::time::Duration;
 use tasks::{Failed, Task, run};
 
-/// Fewer simulations than this are no search.
+/// Fewer simulations than this are not a search.
 pub const EVALUATIONS_MIN: u64 = 100;
-/// More replicates than this are a mistake of typing; all of them advance together.
+/// More replicates than this are a typing error; all of them advance together.
 pub const REPLICATES_MAX: u64 = 100_000;
 
 /// An optimiser by name.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
 #[strum(const_into_str, serialize_all = "snake_case", parse_err_ty = UnknownWord, parse_err_fn = unknown)]
 pub enum OptimizerKind {
-    /// Gauss and Newton's steps in f64 from many starts, until searches agree; where derivatives say too little, L-SHADE and CMA-ES.
+    /// Gauss and Newton's steps in f64 from many starts, until searches agree; without useful derivatives, L-SHADE and CMA-ES.
     #[default]
     Auto,
     /// The paper's genetic algorithm.
@@ -105,7 +105,7 @@ impl Default for Calibration {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum StopReason {
-    /// The evaluations were spent, or those that are left are too few for another generation or, with `auto`, for another round.
+    /// The evaluations were used, or too few remain for another generation or, with `auto`, for another round.
     Evaluations,
     /// No gain for too many generations.
     Stall,
@@ -117,9 +117,9 @@ pub enum StopReason {
     Target,
     /// The caller asked to stop.
     Interrupted,
-    /// It has ended, whatever the reason, without a feasible candidate.
+    /// It has ended, for any reason, without a feasible candidate.
     Infeasible,
-    /// Every parameter is fixed: one evaluation tells all.
+    /// Every parameter is fixed: one evaluation suffices.
     NothingToSearch,
 }
 
@@ -138,23 +138,23 @@ impl fmt::Display for StopReason {
     }
 }
 
-/// What one replicate found.
+/// Result of one replicate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replicate {
     /// Its number, from 0.
     pub number: u64,
     /// The best candidate, one value per parameter of the search space; of infeasible ones the one that came furthest.
     pub candidate: Vec<f64>,
-    /// Its score by the f64 reference; infinite if neither the best candidate nor any near it stands there, or none was feasible.
+    /// Its score by the f64 reference; infinite if neither the best candidate nor any near it is feasible there, or none was feasible.
     pub score: f64,
-    /// Simulated candidates, failed ones included; also those that the reference was asked about because the best one fails there.
+    /// Simulated candidates, failed ones included; also those that the reference checked because the best one fails there.
     pub evaluations: u64,
     /// Why it ended.
     pub stop: StopReason,
-    /// (evaluations, best score so far) at every gain; it falls all the way, and ends with `score`. Scores that were told roughly and
-    /// turned out to be lower than what was found exactly are not in it.
+    /// (evaluations, best score so far) at every gain; it decreases, and ends with `score`. Approximate scores that
+    /// turned out to be lower than the exact ones are not in it.
     pub convergence: Vec<(u64, f64)>,
-    /// Scores and candidates met on the way that are less than 5 % worse than the best; a part of them if they are very many.
+    /// Scores and candidates of the search that are less than 5 % worse than the best; a part of them if there are very many.
     pub near: Vec<(f64, Vec<f64>)>,
 }
 
@@ -164,14 +164,14 @@ pub enum CalibrateError {
     /// The evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// No candidate of a replicate has a score; of several replicates, of none of them.
+    /// No candidate of a replicate has a score; with several replicates, of any of them.
     #[error("replicate {replicate}: none of {evaluations} candidates is feasible: {tally}")]
     Infeasible {
         /// The replicate.
         replicate: u64,
         /// Candidates tried.
         evaluations: u64,
-        /// What became of them.
+        /// Their outcome.
         tally: Tally,
     },
     /// Stopped by the caller before the first replicate had a result.
@@ -226,11 +226,11 @@ impl fmt::Display for Tally {
                  `leadlag inspect` shows it; choose another --gof or window"
             );
         }
-        f.write_str("so widen the bounds, or look at the data with `leadlag inspect`")
+        f.write_str("so widen the bounds, or check the data with `leadlag inspect`")
     }
 }
 
-/// What a running calibration tells after every generation.
+/// Progress of a running calibration after every generation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Progress {
     /// The replicate, from 0.
@@ -244,7 +244,7 @@ pub struct Progress {
 /// Calibrates: one entry per replicate, in order. `progress` is called for each replicate after each of its generations; once it
 /// breaks, all of them end. The replicates advance together, so that an evaluator gets their generations in one go; each draws from
 /// its own stream, so that the result does not depend on it. A replicate without a feasible candidate has an infinite score, and
-/// [`StopReason::Infeasible`]; one that was interrupted before it had any has no entry.
+/// [`StopReason::Infeasible`]; one that was interrupted before its first candidate has no entry.
 ///
 /// # Errors
 /// When the evaluator fails, or no replicate finds a feasible candidate.
@@ -264,7 +264,7 @@ pub fn calibrate(
                 found = true;
                 replicates.push(replicate);
             }
-            // Of an interrupted calibration, what was found until then.
+            // Results so far of an interrupted calibration.
             Err(Failed { error: CalibrateError::Interrupted, .. }) => {}
             Err(Failed { error: error @ CalibrateError::Infeasible { .. }, furthest }) => {
                 replicates.extend(furthest.map(|furthest| *furthest));
@@ -276,7 +276,7 @@ pub fn calibrate(
     if found { Ok(replicates) } else { Err(infeasible.unwrap_or(CalibrateError::Interrupted)) }
 }
 
-/// One replicate of a calibration by itself: the same as the one of that number in [`calibrate`]. (Of more than ten there, each keeps fewer
+/// One replicate of a calibration alone: the same as the one of that number in [`calibrate`]. (Of more than ten there, each keeps fewer
 /// near candidates.)
 ///
 /// # Errors

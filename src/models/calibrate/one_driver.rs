@@ -1,4 +1,4 @@
-//! Whether drives are of one driver: who knows half of a drive knows the other half, and of another driver's drive he knows less.
+//! Whether drives have one driver: half of a drive predicts its other half, and another driver's drive less well.
 
 use super::{CalibrateError, Calibration, SearchSpace, Stop, calibrate_each};
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Population};
@@ -6,32 +6,32 @@ use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
 use crate::statistics::upper_median;
 
-/// Shorter halves tell too little of a driver \[s\].
+/// Shorter halves show too little of a driver \[s\].
 const HALF_S: f64 = 30.0;
-/// More drives are not looked at: so many are compared with each other.
+/// Largest number of drives compared with each other.
 const MOST: usize = 10;
-/// The error of the spacing on others' drives is at least so many times that on the own one. Three drives of each of four cars with adaptive cruise
+/// The error of the spacing on others' drives is at least this multiple of that on the own one. Three drives of each of four cars with adaptive cruise
 /// control stay below it on three laws, though none follows them well; time gaps of 1.0 and 1.4 s do not.
 const TIMES: f64 = 2.5;
 /// And larger by at least this \[m\]: smaller differences are those of the measurement.
 const LARGER_M: f64 = 1.0;
-/// Simulations per parameter of a half: it is to be close, not exact.
+/// Simulations per parameter of a half: the result should be close, not exact.
 const PER_PARAMETER: u64 = 1_000;
 
-/// Drives that are hardly of one driver.
+/// Drives that hardly have one driver.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Apart {
-    /// Root mean square error of the spacing in each half of the drive that differs most, by what its other half gave \[m\].
+    /// Root mean square error of the spacing in each half of the drive that differs most, predicted from its other half \[m\].
     pub own_m: f64,
-    /// The same by what the halves of other drives gave.
+    /// The same, predicted from the halves of other drives.
     pub other_m: f64,
-    /// The parameter that differs most, and its value on each drive that was looked at: the place of the drive, and the mean of its halves.
+    /// The parameter that differs most, and its value on each examined drive: the place of the drive, and the mean of its halves.
     pub parameter: usize,
     /// See `parameter`.
     pub values: Vec<(usize, f64)>,
 }
 
-/// Compares drives, each by itself in halves; `None` where they may well be of one driver, or are too few or too short to tell.
+/// Compares drives, each separately in halves; `None` if they may well have one driver, or are too few or too short.
 ///
 /// # Errors
 /// When the evaluator fails.
@@ -63,7 +63,7 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
     found.iter().flatten().for_each(|candidate| population.push(candidate));
     let jobs: Vec<Job> = (0..found.len()).map(|case| Job { case, population: &population }).collect();
     let outcomes = lanes.outcomes(&jobs)?;
-    // Mean square error of each candidate on each half; one that does not come through has none.
+    // Mean square error of each candidate on each half; none for one that ends early.
     let places: Vec<usize> = (0..found.len()).filter(|&k| found[k].is_some()).collect();
     let square = |case: usize, by: usize| {
         let column = places.iter().position(|&k| k == by)?;
@@ -75,7 +75,7 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
         let by_others = places.iter().filter(|&&by| by / 2 != half / 2).filter_map(|&by| square(half, by));
         Some([square(half, half ^ 1)?, upper_median(by_others)?].map(f64::sqrt))
     };
-    // Both halves of a drive have to say so: a simulation that runs away in one says nothing of who drove.
+    // Both halves of a drive have to agree: a simulation that diverges in one shows nothing of the driver.
     let is_apart = |[own, other]: &[f64; 2]| *other >= TIMES * own && *other >= own + LARGER_M;
     let of_another = |place: usize| {
         let halves = [errors(2 * place)?, errors(2 * place + 1)?];
@@ -91,7 +91,7 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
     let values = |i: usize| -> Vec<(usize, f64)> {
         (0..drives.len()).filter_map(|place| Some((drives[place], value(place, i)?))).collect()
     };
-    // Against how far the halves of one drive are apart: what no drive determines differs, too.
+    // Against the difference of the halves of one drive: parameters that no drive determines differ, too.
     let told = |i: usize| {
         let all = values(i);
         let range = |values: &mut dyn Iterator<Item = f64>| {
@@ -121,7 +121,7 @@ impl Apart {
             })
         };
         format!(
-            "the drives are hardly of one driver with one setting: half of a drive tells the spacing of its other half within {:.1} m, and that of \
+            "the drives hardly have one driver with one setting: half of a drive predicts the spacing of its other half within {:.1} m, and that of \
              other drives within {:.1} m (root mean square); {} is about {} and {}",
             self.own_m,
             self.other_m,

@@ -15,11 +15,11 @@ use std::sync::LazyLock;
 use std::time::Instant;
 
 /// State of the search. To be raised whenever the same seed gives another result: another score, other parameters or another number
-/// of evaluations, whatever has changed (optimisers, search space, stopping rules, evaluators). Ids of tasks and journals hold it, so
-/// that results of two states never stand side by side as if they were of one. What came before 2 wrote none down.
+/// of evaluations, for any reason (optimisers, search space, stopping rules, evaluators). Ids of tasks and journals hold it, so
+/// so that results of two states never mix. Versions before 2 did not record it.
 pub const SEARCH_REVISION: u32 = 7;
 
-/// Program, version and state of its search, `leadlag 0.1.0+search7`: under the same one a seed means the same result.
+/// Program, version and state of its search, `leadlag 0.1.0+search7`: with the same one a seed gives the same result.
 pub static PROGRAM: LazyLock<String> =
     LazyLock::new(|| format!("leadlag {}+search{SEARCH_REVISION}", env!("CARGO_PKG_VERSION")));
 
@@ -42,9 +42,9 @@ pub(super) struct Search<'a> {
     pub(super) earlier: u64,
     evaluations: u64,
     stall: u64,
-    /// The lowest score that the optimiser held out last: of its best, or of the rival of it.
+    /// The lowest score that the optimiser last kept: of its best, or of its rival.
     latest: Option<f64>,
-    /// Scores of the best and of its rival that were compared with the target last.
+    /// Scores of the best and of its rival at the last comparison with the target.
     compared: [Option<f64>; 2],
     tally: Tally,
     best: Option<(Vec<f64>, f64)>,
@@ -104,13 +104,13 @@ impl<'a> Search<'a> {
         if let Some((point, score)) = self.optimizer.best().and_then(|member| Some((&member.point, value(member)?))) {
             self.best = Some((self.space.complete(&self.free, point, self.ratios), score));
             if self.convergence.last().is_none_or(|(_, last)| score != *last) {
-                // The best may be worse by a rounding when it is first told exactly: then the curve had fallen too far.
+                // The best may be worse by a rounding at its first exact score: then the curve had fallen too far.
                 fall_to(&mut self.convergence, self.evaluations, score);
             }
         }
     }
 
-    /// Decides whether the search goes on.
+    /// Decides whether the search continues.
     fn decide(
         &mut self,
         evaluator: &dyn Evaluator,
@@ -144,8 +144,8 @@ impl<'a> Search<'a> {
         Ok(())
     }
 
-    /// True if the best candidate, or its rival, has reached the target not only by the score that the optimiser was told, but also by
-    /// that of the reference, which is the one that is reported. Each is asked about once.
+    /// True if the best candidate, or its rival, has reached the target not only by the score that the optimiser received, but also by
+    /// the reported one of the reference. Each is checked once.
     fn is_on_target(&mut self, evaluator: &dyn Evaluator) -> Result<bool, EvaluateError> {
         let Some(target) = self.stop.target else { return Ok(false) };
         for (k, member) in [self.optimizer.best(), self.optimizer.rival()].into_iter().enumerate() {
@@ -179,7 +179,7 @@ impl<'a> Search<'a> {
         }
         if self.near.len() > self.most_near {
             self.near.retain(|(value, _)| *value <= limit);
-            // Still too many: every other one, so that all parts of the way stay.
+            // Still too many: every other one, so that all parts of the search remain.
             if self.near.len() > self.most_near / 2 {
                 let mut keep = false;
                 self.near.retain(|_| {
@@ -190,7 +190,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// What a search without a feasible candidate has to show: the one that came furthest.
+    /// Result of a search without a feasible candidate: the one that came furthest.
     pub(super) fn furthest(&self) -> Option<Replicate> {
         let member = self.optimizer.best()?;
         Some(Replicate {
@@ -204,7 +204,7 @@ impl<'a> Search<'a> {
         })
     }
 
-    /// What was found, and the rival of it where the search was ended between the two: a candidate that may be better.
+    /// The best candidate, and its rival if the search ended between the two: a candidate that may be better.
     pub(super) fn finish(self) -> Result<(Replicate, Option<Vec<f64>>), CalibrateError> {
         let rival = self.optimizer.rival().map(|m| self.space.complete(&self.free, &m.point, self.ratios));
         let Search { number, evaluations, convergence, tally, mut near, .. } = self;
@@ -228,7 +228,7 @@ fn value(member: &Member) -> Option<f64> {
     }
 }
 
-/// Puts the present best score at the end of a curve of best scores, which had better not been lower before.
+/// Appends the present best score to a curve of best scores, which must not have been lower before.
 pub(super) fn fall_to(curve: &mut Vec<(u64, f64)>, evaluations: u64, score: f64) {
     while curve.last().is_some_and(|(_, last)| *last <= score) {
         curve.pop();
@@ -236,7 +236,7 @@ pub(super) fn fall_to(curve: &mut Vec<(u64, f64)>, evaluations: u64, score: f64)
     curve.push((evaluations, score));
 }
 
-/// True if parameters that span decades are searched by their logarithms. The paper's algorithm is kept as the paper has it.
+/// True if parameters that span decades are searched by their logarithms. The paper's algorithm keeps the paper's scale.
 fn ratios(optimizer: OptimizerKind) -> bool {
     optimizer != OptimizerKind::Ga
 }
@@ -274,20 +274,20 @@ fn optimizer(space: &SearchSpace, settings: &Calibration, number: u64) -> Box<dy
     }
 }
 
-/// Share of the best score at which `lshade` and the descents of `cmaes` end. It lies below what f32 scores lose by rounding, some 1e-6
-/// in a run of ten thousand steps: they end once their candidates are nearly one, not where rounding begins to hide what is left.
+/// Share of the best score at which `lshade` and the descents of `cmaes` end. It lies below the rounding of f32 scores, some 1e-6
+/// in a run of ten thousand steps: they end once their candidates are nearly one, not where rounding begins to hide the remainder.
 const RESOLUTION: f64 = 1e-7;
 
 /// Tolerances are shares of this where the best score is smaller. NRMSE(s,v,a) of measured data is ten times as large and more, the
-/// smallest measures of speeds alone (u-v) are about as large; on a drive that the variant itself made scores come down to nearly 0, a share
-/// of which nothing reaches. Rounds then agree within 1e-6, which is what f32 leaves of such a score.
+/// smallest measures of speeds alone (u-v) are about as large; on a drive that the variant itself made scores approach 0, a share
+/// of which is never reached. Rounds then agree within 1e-6, the resolution of such a score in f32.
 pub(super) const FLOOR: f64 = 0.01;
 
 /// Share of the best score by which a candidate may be worse and still counts as near.
 pub(super) const NEAR: f64 = 0.05;
 
-/// Near candidates that are kept of one replicate, at most: of more than ten replicates each keeps fewer, for all of them are in memory
-/// together. Half of the least is what the reference may be asked about.
+/// Largest number of near candidates of one replicate: of more than ten replicates each keeps fewer, because all of them are in memory
+/// together. The reference may check half of this number.
 fn most_near(replicates: u64) -> usize {
     const ONE: u64 = 20_000;
     (10 * ONE / replicates.max(10)).max(2 * ASKED as u64) as usize
@@ -311,7 +311,7 @@ impl<'a> Group<'a> {
         self.searches.iter().any(|search| search.ended.is_none())
     }
 
-    /// Breeds the next generation of every search that goes on, and starts its simulation.
+    /// Breeds the next generation of every search that continues, and starts its simulation.
     fn submit(
         &mut self,
         evaluator: &mut dyn Evaluator,
@@ -348,7 +348,7 @@ impl<'a> Group<'a> {
             evaluator.collect(set, &mut self.by_job)?;
         }
         let samples: Vec<usize> = evaluator.cases().iter().map(|case| case.s.len()).collect();
-        // What is left of the rough and of the exact scores.
+        // The remaining approximate and exact scores.
         let mut rest = [self.by_job.as_slice(), &self.exact_by_job];
         let mut told = Vec::new();
         for search in self.searches.iter_mut().filter(|search| search.ended.is_none()) {
@@ -367,7 +367,7 @@ impl<'a> Group<'a> {
             }
         });
         told.into_iter().try_for_each(|(search, _)| search.decide(evaluator, progress))?;
-        // Those that were told before the one at which the caller stopped them all.
+        // Those that received scores before the one at which the caller stopped them all.
         if self.searches.iter().any(|search| search.ended == Some(StopReason::Interrupted)) {
             let running = self.searches.iter_mut().filter(|search| search.ended.is_none());
             running.for_each(|search| search.ended = Some(StopReason::Interrupted));

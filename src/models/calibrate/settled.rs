@@ -1,4 +1,4 @@
-//! The score that is reported of a replicate.
+//! The reported score of a replicate.
 
 use super::search::fall_to;
 use super::{CalibrateError, Replicate, SearchSpace};
@@ -6,12 +6,12 @@ use crate::evaluator::{Case, EvaluateError, Score};
 use crate::rescore;
 use crate::score::GoodnessOfFit;
 
-/// Candidates of a replicate that the reference is asked about, at most.
+/// Largest number of candidates of a replicate that the reference checks.
 pub(super) const ASKED: usize = 300;
 
 /// Gives a replicate its score by the f64 reference. Where the best candidate fails there, the next best that does not takes its place:
-/// an optimum often lies on the edge of what is feasible, and there the last bit of a sum decides. The rival of the best, of a search
-/// that was ended before the two were compared exactly, takes its place where it is better.
+/// an optimum often lies on the edge of the feasible region, where the last bit of a sum decides. The rival of the best, of a search
+/// that ended before the exact comparison of the two, takes its place if it is better.
 pub(super) fn settled(
     cases: &[Case],
     gof: &GoodnessOfFit,
@@ -36,9 +36,9 @@ pub(super) fn settled(
             break;
         }
     }
-    // The first was counted when the search scored it; the others are a search of their own.
+    // The first was counted when the search scored it; the others are an additional search.
     replicate.evaluations += asked - 1;
-    // The curve ends with the score that is reported: since the last gain, or, of another than the best one, since now.
+    // The curve ends with the reported score: since the last gain, or, for another candidate than the best one, since now.
     let curve = &mut replicate.convergence;
     if let Some((_, score)) = &found {
         let last = curve.pop().filter(|_| asked == 1);

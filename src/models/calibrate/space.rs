@@ -22,8 +22,8 @@ pub struct SearchSpace {
 /// Bounds by parameter name; equal bounds fix a parameter.
 pub type Overrides = BTreeMap<String, [f64; 2]>;
 
-/// Bounds an event of an extension by the window of the data \[s\], if the user does not say otherwise: when it happens, and for how
-/// long. The bounds of the extension itself cover a day, for nobody knew these data.
+/// Bounds an event of an extension by the window of the data \[s\], unless the user sets bounds: when it happens, and for how
+/// long. The bounds of the extension itself cover a day, because its author does not know these data.
 pub fn bound_times(variant: &Variant, window: [f64; 2], overrides: &mut Overrides) {
     let [first, last] = window;
     for symbol in variant.parameters().into_iter().filter(|symbol| symbol.is_time()) {
@@ -34,7 +34,7 @@ pub fn bound_times(variant: &Variant, window: [f64; 2], overrides: &mut Override
     }
 }
 
-/// Bounds that cannot be.
+/// Invalid bounds.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum BoundsError {
     /// The bounds file cannot be read.
@@ -45,7 +45,7 @@ pub enum BoundsError {
         /// Why.
         reason: String,
     },
-    /// The bounds file is no TOML.
+    /// The bounds file is not TOML.
     #[error("{path}: expected bounds as TOML, such as v_0 = [25, 40]: {reason}")]
     Text {
         /// The file.
@@ -109,7 +109,7 @@ impl SearchSpace {
     /// Table 3 for a variant, a vehicle and a convention, overridden by name; a fixed value is a pair of equal bounds.
     ///
     /// # Errors
-    /// A name that the variant does not have, bounds that cannot be, road loads without vehicle or own bounds.
+    /// A name that the variant does not have, invalid bounds, road loads without vehicle or own bounds.
     pub fn new(
         variant: &Variant,
         vehicle: Option<&Vehicle>,
@@ -150,7 +150,7 @@ impl SearchSpace {
         (0..self.bounds.len()).filter(|&i| self.bounds[i][0] < self.bounds[i][1]).collect()
     }
 
-    /// What is searched, in the parameters themselves or, with `ratios`, in the logarithms of those that span decades.
+    /// Coordinates of the search: the parameters themselves or, with `ratios`, the logarithms of those that span decades.
     pub(super) fn search_box(&self, ratios: bool) -> SearchBox {
         let free = self.free();
         let bound = |i: usize, k: usize| {
@@ -163,7 +163,7 @@ impl SearchSpace {
         }
     }
 
-    /// The share of the searched range of parameter `i` that an interval holds; of the logarithm where that is searched, as all optimisers but
+    /// The share of the searched range of parameter `i` that an interval covers; of the logarithm where that is searched, as all optimisers but
     /// `ga` do.
     #[must_use]
     pub fn share_of_range(&self, i: usize, interval: [f64; 2]) -> f64 {
@@ -172,7 +172,7 @@ impl SearchSpace {
         if upper > lower { (high - low) / (upper - lower) } else { 0.0 }
     }
 
-    /// True for a positive parameter whose bounds are more than two decades apart: equal differences would hardly ever try the
+    /// True for a positive parameter whose bounds are more than two decades apart: equal differences would rarely try the
     /// lower ones. Of Table 3 these are the gains of the linear controllers.
     fn spans_decades(&self, i: usize) -> bool {
         let [lower, upper] = self.bounds[i];
@@ -205,7 +205,7 @@ impl SearchSpace {
         parameters
     }
 
-    /// The parameters that lie on a bound: within 0.1 % of the range, fixed ones apart. The range is that of the logarithm where a parameter
+    /// The parameters that lie on a bound: within 0.1 % of the range, without fixed ones. The range is that of the logarithm where a parameter
     /// spans decades, as all optimisers but `ga` search it: of 0.01 to 5, 0.1 % of the difference is half of the lower bound, and 0.015 is
     /// not on it.
     #[must_use]
@@ -244,7 +244,7 @@ pub fn checked(symbol: Symbol, [lower, upper]: [f64; 2]) -> Result<[f64; 2], Bou
 /// of a variant, too.
 ///
 /// # Errors
-/// When the file cannot be read, is no TOML, or an entry is neither a pair of numbers nor a number.
+/// For a file that cannot be read, is not TOML, or has an entry that is neither a pair of numbers nor a number.
 pub fn read_bounds(path: &Path, variant: &Variant) -> Result<Overrides, BoundsError> {
     let shown = path.display().to_string();
     let text = crate::text::bounded::read_to_string(path, crate::text::bounded::TEXT_MAX)
@@ -321,7 +321,7 @@ mod tests {
         assert_eq!(on_bound(1.0, v_0[1] - 1.1e-3 * (v_0[1] - v_0[0])), []);
     }
 
-    /// An event of one's own, whose length is not called as that of the built-in one.
+    /// A user's event, whose length has another name than that of the built-in one.
     const PAUSE: &str = "struct Parameters {
     /// when it begins [s], 0 to 100000
     start: f32,

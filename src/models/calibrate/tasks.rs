@@ -25,7 +25,7 @@ pub(super) struct Failed {
     pub furthest: Option<Box<Replicate>>,
 }
 
-/// Runs tasks side by side: by derivatives where they say enough, and by scores alone where they do not. One entry per task, in order;
+/// Runs tasks side by side: by derivatives where they are useful, and otherwise by scores alone. One entry per task, in order;
 /// none depends on its neighbours.
 pub(super) fn run(
     evaluator: &mut dyn Evaluator,
@@ -92,7 +92,7 @@ pub(super) fn run(
     Ok(tasks.iter().zip(begun).map(end).collect())
 }
 
-/// The better one of two searches of one task, with what both cost. They have not converged unless the later one also found the lowest.
+/// The better one of two searches of one task, with the cost of both. They have converged only if the later one also found the lowest.
 fn better(earlier: Replicate, later: Replicate) -> Replicate {
     let evaluations = earlier.evaluations + later.evaluations;
     let mut convergence = earlier.convergence;

@@ -36,7 +36,7 @@ impl Batch {
         build: &mut Build,
     ) -> Result<Vec<Result<Computed, String>>, EvaluateError> {
         let mut results: Vec<Option<Result<Computed, String>>> = tasks.iter().map(|_| None).collect();
-        // Ordered by variant, then by first row: which rows share a population must not hang on chance.
+        // Ordered by variant, then by first row: the rows that share a population must not depend on chance.
         let mut by_variant: BTreeMap<(u32, String), Vec<Group>> = BTreeMap::new();
         for (row, task) in tasks.into_iter().enumerate() {
             match task.0 {
@@ -102,7 +102,7 @@ fn add(groups: &mut Vec<Group>, row: usize, case: Case, parameters: &Parameters)
     group.population.push(&values);
 }
 
-/// NRMSE(s,v,a) of every row by the f64 reference, computed again unless it is what was computed.
+/// NRMSE(s,v,a) of every row by the f64 reference, computed again unless it is already the result.
 fn rescored(groups: &[Group], precision: &str, outcomes: &[Outcome]) -> Vec<Option<f64>> {
     let nrmse = |outcome: &Outcome| outcome.result.ok().map(|m| GoodnessOfFit::NRMSE_SVA.of(&m));
     if precision == "f64" {

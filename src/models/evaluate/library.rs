@@ -9,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Which copy of the AstaZero platoons is meant.
+/// Which copy of the AstaZero platoons to use.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DataLayout {
     /// As the paper's authors processed them (`astazero_c2art`).
@@ -38,7 +38,7 @@ impl DataLayout {
 /// A data folder that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// It is no folder.
+    /// It is not a folder.
     #[error("{0}: expected the folder of the platoon files; there is none")]
     Folder(String),
     /// It is a file.
@@ -52,10 +52,10 @@ pub enum OpenError {
     Vehicle(#[from] VehicleError),
 }
 
-/// A platoon that is not there or cannot be used.
+/// A platoon that is missing or cannot be used.
 #[derive(Debug, Clone, thiserror::Error)]
 pub enum LibraryError {
-    /// There is no such file.
+    /// The file is missing.
     #[error("platoon {platoon}: no file {platoon}.csv in {}", searched.join(" or "))]
     NotFound {
         /// The file stem.
@@ -95,22 +95,22 @@ pub struct Library {
     preparation: Preparation,
     vehicles: Vec<Vehicle>,
     notes: Vec<String>,
-    /// What is wrong with the data of each follower that was used.
+    /// Faults of the data of each follower in use.
     faults: Vec<String>,
     cases: HashMap<(String, usize), Result<Case, LibraryError>>,
     sources: Vec<Source>,
-    /// Vehicles of which something was needed: by short name, and whether the MFC curve was.
+    /// Vehicles in use: by short name, and whether the MFC curve was needed.
     used: HashSet<(String, bool)>,
 }
 
-/// Doubts about rows that are told.
+/// Largest number of printed warnings about rows.
 const FAULTS: usize = 100;
 
 impl Library {
     /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, else from the built-in table.
     ///
     /// # Errors
-    /// When there is no such folder, or a vehicle table is there but cannot be read.
+    /// For a missing folder, or a vehicle table that cannot be read.
     pub fn open(folder: &Path, layout: DataLayout, preparation: Preparation) -> Result<Library, OpenError> {
         if !folder.is_dir() {
             let shown = folder.display().to_string();
@@ -124,26 +124,26 @@ impl Library {
         Ok(Library { folder, layout, preparation, vehicles, notes, faults, cases, sources, used })
     }
 
-    /// The files used so far, with checksums: data, and of a vehicle what the variants needed.
+    /// The files used so far, with checksums: data, and of a vehicle the parts that the variants needed.
     #[must_use]
     pub fn sources(&self) -> &[Source] {
         &self.sources
     }
 
-    /// What is wrong with the data of each follower used so far, one line each.
+    /// Faults of the data of each follower used so far, one line each.
     #[must_use]
     pub fn faults(&self) -> &[String] {
         &self.faults
     }
 
-    /// Adds what is doubtful of a row, once: tables have millions of rows.
+    /// Adds the warning of a row once: tables have millions of rows.
     pub(super) fn doubt(&mut self, what: String) {
         if self.faults.len() < FAULTS && !self.faults.contains(&what) {
             self.faults.push(what);
         }
     }
 
-    /// What was done to the data of each follower used so far, one line each.
+    /// Changes to the data of each follower used so far, one line each.
     #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes
@@ -184,7 +184,7 @@ impl Library {
             let searched = folders.iter().map(|f| f.display().to_string()).collect();
             return Err(LibraryError::NotFound { platoon: platoon.to_owned(), searched });
         };
-        // In the folder named, files of any layout are welcome; in the AstaZero folders, only theirs.
+        // The given folder may have files of any layout; the AstaZero folders only theirs.
         let layout = path.starts_with(&folders[1]).then(|| self.layout.layout());
         let recording = import::read(&path, layout).map_err(|e| LibraryError::Import(Arc::new(e)))?;
         for source in std::iter::once(&recording.source).chain(&recording.companions) {

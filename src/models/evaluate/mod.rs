@@ -1,4 +1,4 @@
-//! Scoring parameter vectors that are given as rows of a table: in order, in bounded memory, bad rows marked.
+//! Scoring parameter vectors in the rows of a table: in order, in bounded memory, bad rows marked.
 
 mod batch;
 mod library;
@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-/// Rows that are held in memory at a time: more and more, as long as they take less than a second.
+/// Rows in memory at a time: more and more, as long as they take less than a second.
 const FIRST_CHUNK: usize = 1024;
 const MAX_CHUNK: usize = 65_536;
 
@@ -31,7 +31,7 @@ pub struct Settings {
     pub rescore: bool,
 }
 
-/// How many rows had which fate.
+/// Numbers of rows by outcome.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Summary {
     /// Rows read.
@@ -93,7 +93,7 @@ pub enum TableError {
         found: Vec<String>,
     },
     /// A column that is read occurs more than once.
-    #[error("{path}:1: column {column} occurs more than once; which one is meant?")]
+    #[error("{path}:1: column {column} occurs more than once; remove or rename one")]
     Twice {
         /// The table.
         path: String,
@@ -107,7 +107,7 @@ pub enum TableError {
     #[error("cannot evaluate the rows")]
     Evaluate(#[from] EvaluateError),
     /// The caller asked to stop; the rows written so far are complete.
-    #[error("interrupted after {0} rows; what was written is complete up to there")]
+    #[error("interrupted after {0} rows; the output is complete up to there")]
     Interrupted(u64),
 }
 
@@ -116,10 +116,10 @@ pub type Build<'a> = dyn FnMut(Vec<Case>) -> Result<Box<dyn Evaluator>, Evaluate
 
 /// Evaluates a table: all input columns, then the outcome, row by row.
 ///
-/// `path` names the input in messages. `build` makes the evaluators, one per variant. `progress` is told the rows done and may stop the work by returning false.
+/// `path` names the input in messages. `build` makes the evaluators, one per variant. `progress` receives the number of finished rows and may stop the work by returning false.
 ///
 /// # Errors
-/// When the input has not the needed columns, or reading or writing fails. A bad row is no error: it is marked.
+/// If the input lacks required columns, or reading or writing fails. A bad row is marked and no error.
 pub fn evaluate_table(
     input: impl Read,
     path: &str,
@@ -184,7 +184,7 @@ fn outcome_headers(settings: &Settings) -> Vec<&'static str> {
     names
 }
 
-/// The input's columns, then the outcome's. One of the input that an outcome has the name of gets `_in` behind it, as often as it takes to be the only
+/// The input's columns, then the outcome's. An input column with the name of an outcome gets `_in` behind it, as often as it takes to be the only
 /// one of its name.
 fn output_headers(headers: &ByteRecord, settings: &Settings) -> ByteRecord {
     let outcomes: Vec<&[u8]> = outcome_headers(settings).into_iter().map(str::as_bytes).collect();
@@ -202,13 +202,13 @@ fn output_headers(headers: &ByteRecord, settings: &Settings) -> ByteRecord {
     names.into()
 }
 
-/// What a row tells, and who computed it.
+/// Content of a row, and its evaluator.
 #[derive(Debug, Clone)]
 struct Computed {
     outcome: Outcome,
     evaluator: &'static str,
     precision: &'static str,
-    /// NRMSE(s,v,a) by the f64 reference, if it was asked for and the run ends well there.
+    /// NRMSE(s,v,a) by the f64 reference, if it was requested and the run reaches its end there.
     rescored: Option<f64>,
 }
 

@@ -1,4 +1,4 @@
-//! One row of the table: which run it asks for, or why it asks for none.
+//! One row of the table: the requested run, or why there is none.
 
 use super::library::{Library, LibraryError};
 use super::{Settings, TableError};
@@ -10,19 +10,19 @@ use crate::text::spelling::nearest;
 use crate::wgsl::{ModelError, read_model};
 use csv::ByteRecord;
 
-/// Columns of a table at most: its own, and what else a user keeps beside them.
+/// Largest number of columns of a table: its own, and others that a user keeps beside them.
 const COLUMNS: usize = 1000;
 
 /// Where the needed columns are.
 pub(super) struct Columns {
     width: usize,
-    /// Those that there are; a row may fill either.
+    /// The existing ones; a row may fill either.
     model_id: Option<usize>,
     variant: Option<usize>,
     platoon: usize,
     follower: usize,
     parameters: Vec<(Symbol, usize)>,
-    /// Columns that are none of these: parameters of laws, the user's own, or misspelt.
+    /// Other columns: parameters of laws, the user's own, or misspelt.
     others: Vec<(String, usize)>,
 }
 
@@ -66,13 +66,13 @@ impl Columns {
         })
     }
 
-    /// The column of a parameter; that of a law's own is called like it.
+    /// The column of a parameter; that of a law's own has its name.
     fn of(&self, symbol: Symbol) -> Option<usize> {
         let known = self.parameters.iter().find(|(known, _)| *known == symbol).map(|(_, column)| *column);
         known.or_else(|| self.others.iter().find(|(name, _)| name == symbol.name()).map(|(_, column)| *column))
     }
 
-    /// Parameters that a row gives and its variant does not have. Nothing, NaN and 0 stand for a parameter that is not there.
+    /// Parameters of a row that its variant does not have. Nothing, NaN and 0 mean a missing parameter.
     pub(super) fn unused(&self, record: &ByteRecord, variant: &Variant) -> Vec<&'static str> {
         let own = variant.parameters();
         let is_given = |column: usize| {
@@ -83,7 +83,7 @@ impl Columns {
         others.filter(|(_, column)| is_given(*column)).map(|(symbol, _)| symbol.name()).collect()
     }
 
-    /// A column that may have been meant to have this name, for the end of a message.
+    /// The column that probably means this name, for the end of a message.
     fn near(&self, missing: &str) -> String {
         let near = nearest(missing, self.others.iter().map(|(name, _)| name.as_str()));
         near.map_or_else(String::new, |near| format!("; did you mean {missing} by the column `{near}`?"))
@@ -158,7 +158,7 @@ fn parse(
     Ok((case, parameters))
 }
 
-/// The variant that a row asks for by its id, its name, or both.
+/// The variant of a row by its id, its name, or both.
 fn variant(id: Option<String>, name: Option<String>) -> Result<Variant, InvalidRow> {
     // Results give 0 as the id of a law.
     let id = id.filter(|id| id != "0" || name.is_none());

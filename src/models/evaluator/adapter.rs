@@ -1,8 +1,8 @@
-//! Which device of a machine is meant.
+//! Choice of a device of a machine.
 
 use std::str::FromStr;
 
-/// Which adapter is to be used (`--gpu`).
+/// The adapter to use (`--gpu`).
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub enum AdapterChoice {
     /// The best one: hardware before software.

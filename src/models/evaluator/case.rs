@@ -1,4 +1,4 @@
-//! One trajectory as the runs of a variant see it under a convention.
+//! One trajectory for the runs of a variant under a convention.
 
 use crate::catalog::{Constraint, Variant};
 use crate::convention::{Acceleration, Convention, Delay, RoadLoad, Step};
@@ -33,9 +33,9 @@ pub struct Case {
     pub a_f: Arc<[f64]>,
     /// Measured spacing \[m\].
     pub s: Arc<[f64]>,
-    /// The follower, where the variant needs it.
+    /// The follower, if the variant needs it.
     pub vehicle: Option<Arc<Vehicle>>,
-    /// The road, where the variant needs it.
+    /// The road, if the variant needs it.
     pub grade: Option<Arc<Grade>>,
     /// Time in the file at the first sample \[s\].
     pub t_0: f64,
@@ -56,7 +56,7 @@ pub struct Case {
 /// A trajectory that a variant cannot be run on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CaseError {
-    /// The variant needs something that is not known.
+    /// The variant needs missing data.
     #[error("{label}: variant {variant} needs {what}; {remedy}")]
     Missing {
         /// The trajectory.
@@ -68,7 +68,7 @@ pub enum CaseError {
         /// What to do.
         remedy: &'static str,
     },
-    /// The upper bound of a perception delay cannot be one.
+    /// An invalid upper bound of a perception delay.
     #[error("{label}: upper bound of {name}: expected a number of at least 0, found {found}")]
     DelayBound {
         /// The trajectory.
@@ -95,7 +95,7 @@ pub enum CaseError {
 /// A parameter vector that cannot be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum InvalidParameter {
-    /// Not in the domain of the equations.
+    /// Outside the domain of the equations.
     #[error("{name}: expected {expected}, found {found}")]
     Domain {
         /// The parameter.
@@ -107,7 +107,7 @@ pub enum InvalidParameter {
     },
     /// The delay reaches back before the first sample.
     #[error(
-        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} says how far back a simulation remembers, raise it in a --bounds file"
+        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} limits the memory of a simulation: raise it in a --bounds file"
     )]
     Delay {
         /// The parameter; two of them if their sum is too long.
@@ -120,7 +120,7 @@ pub enum InvalidParameter {
 }
 
 impl Case {
-    /// Checks that a candidate can be simulated at all; calibration bounds are another matter.
+    /// Checks that a candidate can be simulated; calibration bounds are checked elsewhere.
     ///
     /// # Errors
     /// The first parameter outside the domain of the equations, or a delay that reaches back before the data.
@@ -138,7 +138,7 @@ impl Case {
         Ok(())
     }
 
-    /// A piece of it, as if nothing had been measured before and behind.
+    /// A piece of it, without the measurements before and after.
     #[must_use]
     pub fn part(&self, range: Range<usize>) -> Case {
         let own = |signal: &Arc<[f64]>| -> Arc<[f64]> { signal[range.clone()].into() };
@@ -253,8 +253,8 @@ impl Case {
         Ok(case)
     }
 
-    /// Perception delay of a candidate \[s\]: τ_p and that of an extension. What is not a number counts as 0, and a run marks such a
-    /// candidate; so does what is negative, which [`Case::check`] refuses.
+    /// Perception delay of a candidate \[s\]: τ_p and that of an extension. NaN counts as 0, and a run marks such a
+    /// candidate; so does a negative one, which [`Case::check`] refuses.
     #[must_use]
     pub fn delay(&self, parameters: &Parameters) -> f64 {
         let part = |has: bool, value: f64| if has && value.is_finite() { value.max(0.0) } else { 0.0 };
@@ -272,7 +272,7 @@ impl Case {
         base + extension.map_or(0.0, |bounds| if let Bounds::Fixed(_, upper) = bounds { upper } else { 0.0 })
     }
 
-    /// What delays perception, for messages: `tau_p`, the parameter of an extension, or both.
+    /// Source of the perception delay, for messages: `tau_p`, the parameter of an extension, or both.
     #[must_use]
     pub fn delay_name(&self) -> String {
         let base = self.variant.delay.then_some(Symbol::tau_p);

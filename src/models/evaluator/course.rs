@@ -1,4 +1,4 @@
-//! A case laid out for the evaluators that run the WGSL text: increments instead of positions, tables instead of searches.
+//! A case for the evaluators that run the WGSL text: increments instead of positions, tables instead of searches.
 
 use super::Case;
 use super::table::Table;
@@ -19,7 +19,7 @@ pub struct Course {
     pub phi_f: f64,
     /// Speed of the preceding vehicle \[m/s\].
     pub v_l: Vec<f64>,
-    /// Way of the preceding vehicle since the sample before \[m\]; 0 at the first sample.
+    /// Distance of the preceding vehicle since the sample before \[m\]; 0 at the first sample.
     pub dx_l: Vec<f64>,
     /// Position at which a follower with spacing 0 would be \[m\], modulo a closed track; empty unless the variant needs the grade.
     pub x_road: Vec<f64>,
@@ -41,22 +41,22 @@ pub struct Course {
     pub period: f64,
     /// a_dp and a_ap over the speed; `None` unless the variant needs them.
     pub mfc: Option<Table>,
-    /// What extensions may know of each sample; `None` for a variant without extensions.
+    /// World of extensions at each sample; `None` for a variant without extensions.
     pub world: Option<WorldSignals>,
     /// Length of the ring of past (v, s): ceil(longest delay / Δt) + 2.
     pub ring: usize,
-    /// What the measures need of the measured signals, for each first sample that a run may have.
+    /// Sums of the measured signals that the measures need, for each first sample that a run may have.
     measured: Vec<[Measured; 3]>,
 }
 
-/// What extensions may know of each sample, beyond what the others of a course say.
+/// World of extensions at each sample, beyond the other members of a course.
 #[derive(Debug, Clone, PartialEq)]
 pub struct WorldSignals {
     /// Time in the file \[s\].
     pub t: Vec<f64>,
     /// Acceleration of the preceding vehicle \[m/s²\], smoothed over [`LEADER_SMOOTHING`].
     pub a_l: Vec<f64>,
-    /// Speed of the car ahead of the preceding vehicle \[m/s\]; 0 where not measured, and then nobody reads it.
+    /// Speed of the car ahead of the preceding vehicle \[m/s\]; 0, and never read, if it is not measured.
     pub v_l2: Vec<f64>,
     /// Gap between those two \[m\]; likewise.
     pub s_l2: Vec<f64>,
@@ -81,8 +81,8 @@ impl WorldSignals {
     }
 }
 
-/// What extensions take for the acceleration of the preceding vehicle \[m/s²\]: the slope of its speed \[m/s\] over
-/// [`LEADER_SMOOTHING`], each value that of so many samples later.
+/// Acceleration of the preceding vehicle for extensions \[m/s²\]: the slope of its speed \[m/s\] over
+/// [`LEADER_SMOOTHING`], each value that of this many samples later.
 pub fn smoothed_acceleration(v_l: &[f64], dt: f64, ahead: f64) -> Vec<f64> {
     let last = v_l.len().saturating_sub(1) as f64;
     let speed = |place: f64| {
@@ -105,21 +105,21 @@ pub struct Pace {
     pub delay_steps: f64,
     /// The older of the two samples it perceives lies this far back.
     pub back: usize,
-    /// How far the perceived value lies from the older towards the younger sample, 0..1.
+    /// Place of the perceived value between the older and the younger sample, 0..1.
     pub fraction: f64,
     /// First simulated and scored sample.
     pub first: usize,
-    /// Where an extension looks the speed of the preceding vehicle up: so many samples before the current one, and how far from
+    /// Where an extension looks up the speed of the preceding vehicle: this many samples before the current one, and the fraction from
     /// there towards the next; first at the whole time that it looks back, then at half of it.
     pub look_back: [(i32, f64); 2],
 }
 
-/// A case that cannot be laid out.
+/// A case that these evaluators cannot use.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CourseError {
     /// A table would need too many cells.
     #[error(
-        "the {what} table has nodes only {closest} apart, so that {cells} equal cells would be needed, expected at most \
+        "the {what} table has nodes only {closest} apart, which needs {cells} equal cells, expected at most \
          {limit}; thin the table out, or use --evaluator reference"
     )]
     Table {
@@ -135,7 +135,7 @@ pub enum CourseError {
     /// A clock that single precision cannot read.
     #[error(
         "{label}: variant {variant} reads the time, and the clock of the file reaches {t} s in steps of {dt} s, which single precision \
-         cannot tell apart; expected at most {limit:.0} s: count the time from the beginning of the recording, or use --evaluator lanes \
+         cannot distinguish; expected at most {limit:.0} s: count the time from the beginning of the recording, or use --evaluator lanes \
          with --precision f64"
     )]
     Clock {
@@ -161,7 +161,7 @@ impl Course {
         let count = case.s.len();
         let needs_grade = case.variant.needs_grade();
         let grade = case.grade.as_ref().filter(|_| needs_grade);
-        // The lap counts where the position does, whether or not the grade is read.
+        // The lap counts if the position is used, with or without the grade.
         let period = case.grade.as_ref().filter(|_| case.variant.needs_position()).and_then(|g| g.period);
         let x_road = |x_l: &f64| {
             let x = x_l - case.len_l;
@@ -210,7 +210,7 @@ impl Course {
         self.s.len()
     }
 
-    /// What the measures need of the measured spacing, speed and acceleration, scored from sample `first` on.
+    /// Sums of the measured spacing, speed and acceleration that the measures need, scored from sample `first` on.
     ///
     /// # Panics
     /// If `first` is above `ring`.
@@ -225,7 +225,7 @@ impl Course {
         self.measured.len()
     }
 
-    /// How a goodness of fit follows from the sums, for a run scored from sample `first` on.
+    /// Formula of a goodness of fit from the sums, for a run scored from sample `first` on.
     #[must_use]
     pub fn norm(&self, gof: &GoodnessOfFit, first: usize) -> Norm {
         gof.norm(self.measured(first))
@@ -248,7 +248,7 @@ impl Course {
 const CLOCK_STEPS: f64 = 4_194_304.0;
 
 impl Case {
-    /// Checks that the time can be told in single precision, where the variant reads it.
+    /// Checks that single precision resolves the time, if the variant reads it.
     ///
     /// # Errors
     /// [`CourseError::Clock`].
@@ -273,7 +273,7 @@ impl Case {
         let (delay_steps, first) = (self.delay_steps(delay), self.first_sample(delay));
         let back = delay_steps.ceil();
         let (back, fraction) = match self.convention.delay {
-            // Rounding may put the longest delay a hair before the first sample.
+            // Rounding may put the longest delay slightly before the first sample.
             Delay::Fractional if back >= first as f64 && delay_steps < (first - 1) as f64 + 1e-6 => (first - 1, 0.0),
             Delay::Fractional => (back as usize, back - delay_steps),
             Delay::Floor => (back as usize, 0.0),

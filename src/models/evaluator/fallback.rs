@@ -3,7 +3,7 @@
 use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score, Timings};
 use crate::score::GoodnessOfFit;
 
-/// Makes the second evaluator once the first has failed, and may tell the user why.
+/// Makes the second evaluator once the first has failed, and may report why.
 pub type Replace = Box<dyn FnMut(&EvaluateError, Vec<Case>) -> Result<Box<dyn Evaluator>, EvaluateError> + Send>;
 
 /// Jobs that have been submitted and not yet collected.
@@ -26,14 +26,14 @@ impl Pending {
     }
 }
 
-/// A first evaluator, and what takes its place if it cannot go on.
+/// A first evaluator, and its replacement after a failure.
 pub struct Fallback {
     current: Box<dyn Evaluator>,
     replace: Option<Replace>,
     pending: [Pending; 2],
     /// Which sets have been submitted and not collected.
     under_way: [bool; 2],
-    /// What went to other things than computing on the one that failed.
+    /// Time of the failed one beside computing.
     spent: Timings,
 }
 
@@ -47,7 +47,7 @@ impl Fallback {
 
     /// Puts the second evaluator in place and gives it all that was under way.
     fn recover(&mut self, error: EvaluateError) -> Result<(), EvaluateError> {
-        // Wrong use fails on every evaluator; a device that is gone may take its adapter with it.
+        // Wrong use fails on every evaluator; a lost device may take its adapter with it.
         use EvaluateError::{Adapter, Device, Memory};
         if !matches!(error, Device { .. } | Adapter { .. } | Memory { .. }) {
             return Err(error);

@@ -1,20 +1,20 @@
-//! An evaluator that is given less at a time once its device has run out of memory.
+//! An evaluator that gets less at a time after its device has run out of memory.
 
 use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score, Timings};
 use crate::score::GoodnessOfFit;
 
-/// Gives an evaluator whatever fits at once, and the rest afterwards. No score depends on who is simulated with whom.
+/// Gives an evaluator whatever fits at once, and the rest afterwards. No score depends on the candidates simulated together.
 pub struct Halves {
     inner: Box<dyn Evaluator>,
-    /// Candidates that are given to it at once.
+    /// Candidates that it gets at once.
     most: usize,
     sets: [Set; 2],
 }
 
-/// What is done with a piece of the jobs that begins with candidate so and so.
+/// Work on a piece of the jobs that begins with this candidate.
 type Each<'a> = dyn FnMut(&mut dyn Evaluator, &[Job<'_>], usize) -> Result<(), EvaluateError> + 'a;
 
-/// What was submitted with a buffer set.
+/// Jobs submitted with a buffer set.
 #[derive(Default)]
 struct Set {
     jobs: Vec<(usize, Population)>,
@@ -23,13 +23,13 @@ struct Set {
 }
 
 impl Halves {
-    /// Gives `inner` everything at once until it says that its memory is too small.
+    /// Gives `inner` everything at once until its memory is too small.
     #[must_use]
     pub fn new(inner: Box<dyn Evaluator>) -> Halves {
         Halves { inner, most: usize::MAX, sets: Default::default() }
     }
 
-    /// Half of what did not fit; the error where that was one candidate, or where it was about something else.
+    /// Half of the work that did not fit; the error if that was one candidate, or if it had another cause.
     fn halve(&mut self, candidates: usize, error: EvaluateError) -> Result<(), EvaluateError> {
         if candidates < 2 || !matches!(error, EvaluateError::Memory { .. }) {
             return Err(error);
@@ -38,7 +38,7 @@ impl Halves {
         Ok(())
     }
 
-    /// Does something with one piece of the jobs after the other.
+    /// Processes one piece of the jobs after the other.
     fn in_pieces(&mut self, jobs: &[Job<'_>], each: &mut Each<'_>) -> Result<(), EvaluateError> {
         let candidates = Job::candidates(jobs);
         let mut from = 0;
@@ -58,7 +58,7 @@ fn borrowed(jobs: &[(usize, Population)]) -> Vec<Job<'_>> {
     jobs.iter().map(|(case, population)| Job { case: *case, population }).collect()
 }
 
-/// So many candidates of the jobs, counted through from `from` on.
+/// This many candidates of the jobs, counted through from `from` on.
 fn piece(jobs: &[Job<'_>], from: usize, count: usize) -> Vec<(usize, Population)> {
     let (mut begin, mut found) = (0, Vec::new());
     for job in jobs {

@@ -1,4 +1,4 @@
-//! What the evaluators share: candidates in, outcomes and scores out.
+//! Interface of the evaluators: candidates in, outcomes and scores out.
 
 mod adapter;
 mod case;
@@ -41,7 +41,7 @@ impl Population {
     /// Adds a candidate.
     ///
     /// # Panics
-    /// If it has not one value per symbol.
+    /// If the number of values differs from that of the symbols.
     pub fn push(&mut self, candidate: &[f64]) {
         assert_eq!(candidate.len(), self.symbols.len(), "one value per symbol");
         self.values.extend_from_slice(candidate);
@@ -105,7 +105,7 @@ impl Population {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum FailureKind {
-    /// The spacing is not above 0 any more.
+    /// The spacing is no longer above 0.
     #[strum(serialize = "spacing")]
     Crash,
     /// Gipps' radicand (Eq. 5) is negative: no speed is safe.
@@ -134,7 +134,7 @@ pub struct Failure {
     pub step: usize,
 }
 
-/// Everything one simulated candidate tells.
+/// Result of one simulated candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Outcome {
     /// The measures, or why there are none.
@@ -230,10 +230,10 @@ pub enum EvaluateError {
     /// The case cannot be laid out for this evaluator.
     #[error(transparent)]
     Course(#[from] CourseError),
-    /// There is no adapter, or not the one that is wanted.
+    /// There is no adapter, or not the requested one.
     #[error("{}", no_adapter(wanted.as_deref(), present))]
     Adapter {
-        /// Index, PCI address or name that was asked for, if any.
+        /// The requested index, PCI address or name, if any.
         wanted: Option<String>,
         /// The adapters present, one line each.
         present: Vec<String>,
@@ -241,7 +241,7 @@ pub enum EvaluateError {
     /// The library was built without the feature `gpu`.
     #[error("no GPU: leadlag was built without the feature `gpu`; use --evaluator lanes")]
     NoGpuBuilt,
-    /// The process may use too little memory for a driver.
+    /// The process has too little memory for a driver.
     #[error(
         "no GPU: drivers need an address space of {} MiB, found a limit of {} MiB; raise it (`ulimit -v unlimited`), or use \
          --evaluator lanes",
@@ -249,9 +249,9 @@ pub enum EvaluateError {
         limit >> 20
     )]
     AddressSpace {
-        /// What there is \[bytes\].
+        /// Available memory \[bytes\].
         limit: u64,
-        /// What is needed \[bytes\].
+        /// Required memory \[bytes\].
         needed: u64,
     },
     /// The reference has only the built-in extensions, written a second time by hand.
@@ -271,15 +271,15 @@ pub enum EvaluateError {
     /// The device failed, and so did the second attempt.
     #[error("{doing} on {adapter}: {message}")]
     Device {
-        /// What was being done.
+        /// The operation under way.
         doing: &'static str,
         /// The device.
         adapter: String,
         /// What it says.
         message: String,
     },
-    /// The memory of the device is too small for so many candidates at once.
-    #[error("{adapter} has not enough memory: {message}; close what else uses it, or use --evaluator lanes")]
+    /// The memory of the device is too small for this many candidates at once.
+    #[error("{adapter} has not enough memory: {message}; close other programs that use it, or use --evaluator lanes")]
     Memory {
         /// The device.
         adapter: String,
@@ -297,13 +297,13 @@ fn no_adapter(wanted: Option<&str>, present: &[String]) -> String {
         }
         (None, _) => format!("none of these adapters can be used:\n  {}", present.join("\n  ")),
         (Some(wanted), _) => format!(
-            "no GPU adapter `{wanted}`; expected an index, a PCI address or a name, present are:\n  {}",
+            "no GPU adapter `{wanted}`; expected an index, a PCI address or a name of one of these:\n  {}",
             present.join("\n  ")
         ),
     }
 }
 
-/// Candidates that are to be simulated on one case.
+/// Candidates to simulate on one case.
 #[derive(Debug, Clone, Copy)]
 pub struct Job<'a> {
     /// Index into [`Evaluator::cases`].
@@ -329,7 +329,7 @@ pub enum BufferSet {
     B = 1,
 }
 
-/// Seconds of wall time that went to other things than computing, since the evaluator was made.
+/// Seconds of wall time spent on other work than computing, since the evaluator was made.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Timings {
     /// Moving candidates to the device and scores back \[s\].
@@ -359,11 +359,11 @@ pub trait Evaluator: Send {
     fn name(&self) -> &'static str;
     /// `f64`, `plain` or `compensated`.
     fn precision(&self) -> &'static str;
-    /// The device, where there is one.
+    /// The device, if any.
     fn adapter(&self) -> Option<String> {
         None
     }
-    /// Seconds that went to other things than computing; zeros where there are none.
+    /// Seconds spent on other work than computing; zeros if there are none.
     fn timings(&self) -> Timings {
         Timings::default()
     }
@@ -380,9 +380,9 @@ pub trait Evaluator: Send {
     /// with a given number of candidates.
     ///
     /// # Errors
-    /// [`EvaluateError::Room`] unless there is one score per candidate; others when the evaluator cannot run.
+    /// [`EvaluateError::Room`] unless there is one score per candidate; others if the evaluator cannot run.
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError>;
-    /// All that one candidate after the other tells, in the order of the jobs.
+    /// Results of the candidates, in the order of the jobs.
     ///
     /// # Errors
     /// When the evaluator cannot run.

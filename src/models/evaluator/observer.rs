@@ -1,4 +1,4 @@
-//! Runs that are corrected towards the measurement: what a diagnosis needs.
+//! Runs that are corrected towards the measurement, for diagnoses.
 
 use super::{Failure, Raw};
 use nalgebra::{DMatrix, DVector};
@@ -18,7 +18,7 @@ pub struct Observer {
 }
 
 impl Observer {
-    /// Free simulation with residuals as they are.
+    /// Free simulation with unweighted residuals.
     pub const NONE: Observer = Observer { gain: [0.0; 6], whitening: [1.0, 0.0, 1.0], decay: 0.0 };
 }
 
@@ -34,15 +34,15 @@ pub struct Windows {
 }
 
 impl Windows {
-    /// True where the run is kept on the measurement.
+    /// True if the run is kept on the measurement.
     #[must_use]
     pub fn holds(&self, t: usize) -> bool {
         t < self.from || (t - self.from) % (self.run_up + self.free) < self.run_up
     }
 }
 
-/// A run that goes on behind a collision, or where a convention rejects it at an acceleration bound, and pays for it, so that a search
-/// sees how far it is from passing.
+/// A run that continues behind a collision, or where a convention rejects it at an acceleration bound, and pays for it, so that a search
+/// sees its distance from passing.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Soft {
     /// Spacing below which a run pays \[m\].
@@ -51,7 +51,7 @@ pub struct Soft {
     pub price: f64,
 }
 
-/// A run of a search: pulled towards the measurement, soft or as it is.
+/// A run of a search: pulled towards the measurement, soft or plain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pull {
     /// Share of the residuals of spacing and speed that is taken back after each step; 0: free simulation.
@@ -61,7 +61,7 @@ pub struct Pull {
 }
 
 impl Pull {
-    /// A run as it is.
+    /// A plain run.
     pub const NONE: Pull = Pull { share: 0.0, soft: None };
 }
 
@@ -78,7 +78,7 @@ pub struct Slopes {
     pub majorant: DMatrix<f64>,
 }
 
-/// What an observed run adds up.
+/// Sums of an observed run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Observed {
     /// Status, cuts and sums.
@@ -90,7 +90,7 @@ pub struct Observed {
 /// An observed run sample by sample; all series are as long as the trajectory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Innovations {
-    /// Where the run ended early, if it did; from there on all is NaN.
+    /// Where the run ended early, if it did; from there on all values are NaN.
     pub failed: Option<Failure>,
     /// First simulated sample; before it, residuals are 0 and the state is the measured one.
     pub first: usize,
@@ -103,7 +103,7 @@ pub struct Innovations {
 }
 
 /// Residuals of observed runs before their corrections, over a stretch of samples. The candidates of a block lie side by side, sample
-/// by sample, as they were computed: whoever adds them up goes through memory once, and while it is near.
+/// by sample, as they were computed, so that summing reads memory once, and while it is near.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Residuals {
     /// Candidates in a block; the last block may have fewer, and numbers without meaning beyond them.
@@ -115,15 +115,15 @@ pub struct Residuals {
     /// Numbers of a candidate per sample.
     pub signals: usize,
     /// Candidate i is in block i / `lanes`, whose number (`signals` k + signal) `lanes` + i % `lanes` is its residual of s \[m\] (signal 0)
-    /// or v \[m/s\] (signal 1) at sample `from` + k. After a run has failed, what stands there means nothing.
+    /// or v \[m/s\] (signal 1) at sample `from` + k. After a run has failed, its values are undefined.
     pub blocks: Vec<Vec<f64>>,
 }
 
 impl Residuals {
-    /// Blocks have a multiple of this many candidates, the numbers of the widest vector, so that whoever adds them up has no rest.
+    /// Blocks have a multiple of this many candidates, the numbers of the widest vector, so that sums have no remainder.
     pub const STRIDE: usize = 8;
 
-    /// Of whole runs that are there one by one; all are as long as the longest.
+    /// Of whole runs, one by one; all are as long as the longest.
     #[must_use]
     pub fn new(runs: &[Vec<[f64; 2]>]) -> Residuals {
         let (lanes, samples) =

@@ -1,4 +1,4 @@
-//! What the evaluators that run the WGSL text hand back per candidate, before any measure is made of it.
+//! Results of the evaluators that run the WGSL text, per candidate, before any measure.
 
 use super::{Case, Course, Failure, FailureKind, Outcome};
 use crate::score::{Measures, Sums};
@@ -8,7 +8,7 @@ use crate::symbols::Parameters;
 pub mod status {
     /// Set in every status but 0.
     pub const FAILED: u32 = 0x8000_0000;
-    /// The spacing is not above 0 any more.
+    /// The spacing is no longer above 0.
     pub const CRASH: u32 = 0;
     /// Gipps' radicand is negative.
     pub const RADICAND: u32 = 1 << 28;
@@ -18,7 +18,7 @@ pub mod status {
     pub const STEP: u32 = 0x0fff_ffff;
 }
 
-/// Status, cuts and sums of one run; the sums are copies of what the evaluator added up in its own precision.
+/// Status, cuts and sums of one run; the sums are copies of the evaluator's, in its own precision.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Raw {
     /// See [`status`].

@@ -1,7 +1,7 @@
 //! Look-up tables in constant time: cells of equal width with at most one node each.
 //!
 //! A cell knows the curve on both sides of its node as a line, and the value at the node itself. So curves may jump at a node (the
-//! authors' look-up in MFC curves does), and a binary search, which a GPU dislikes, is not needed.
+//! authors' look-up in MFC curves does), and no binary search, which is slow on a GPU, is needed.
 
 use super::course::CourseError;
 use crate::convention::{GradeLookup, MfcLookup};
@@ -28,7 +28,7 @@ pub struct Cell {
     pub above: Line,
 }
 
-/// Curves over one variable: cell k covers `origin` + k/`per_width` on; what lies outside belongs to the first or last cell.
+/// Curves over one variable: cell k covers `origin` + k/`per_width` on; values outside belong to the first or last cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// Where the first cell begins.
@@ -44,8 +44,8 @@ pub struct Table {
 /// Cells of a table at most: 50 MB with two curves. The kernels clip a place in a table at this number, too.
 const MAX_CELLS: f64 = 1_000_000.0;
 
-/// Sine of the grade by which a node may miss the line between its neighbours and count as lying on it: 1e-5 m/s², a thousandth of what any
-/// survey of a road can tell.
+/// Sine of the grade by which a node may miss the line between its neighbours and count as lying on it: 1e-5 m/s², a thousandth of the
+/// resolution of any survey of a road.
 const ON_A_LINE: f64 = 1e-6;
 
 /// A curve as intervals between nodes: `interval(k)` is (x, value at x, slope) of the line from node k to k + 1; k = -1 lies
@@ -121,7 +121,7 @@ impl Table {
         let mut next = 0;
         for cell in 0..cells as usize {
             let own = next < nodes.len() && table.place_of(nodes[next]) == cell as f64;
-            // The middle of a cell without a node is as good a place as any to anchor its line.
+            // The middle of a cell without a node is a good place to anchor its line.
             let node = if own { nodes[next] } else { origin + (cell as f64 + 0.5) * width };
             table.node.push(node);
             for (i, curve) in curves.iter().enumerate() {

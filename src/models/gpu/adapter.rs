@@ -1,4 +1,4 @@
-//! Adapters: what is there, and which one is taken.
+//! Adapters: which are present, and which one is taken.
 
 use crate::evaluator::{AdapterChoice, EvaluateError};
 use std::fmt;
@@ -12,24 +12,24 @@ pub fn is_switched_off() -> bool {
 /// An adapter that is present.
 #[derive(Debug, Clone)]
 pub struct Adapter {
-    /// Position in the list of all; what `--gpu` takes.
+    /// Position in the list of all, for `--gpu`.
     pub index: usize,
     pub(super) inner: wgpu::Adapter,
-    /// What the driver tells of it.
+    /// Description by the driver.
     pub info: wgpu::AdapterInfo,
 }
 
 /// Address space \[bytes\] in which drivers can be loaded. Software Vulkan compiles with LLVM, has a thread and a heap per core, and ends the
-/// program with a signal where it gets too little: on two cores with 0.4 GB, but not with 0.5 GB (Mesa 22.3).
+/// program with a signal without enough of it: on two cores with 0.4 GB, but not with 0.5 GB (Mesa 22.3).
 fn needed_address_space() -> u64 {
     const MOST_CORES: u64 = 16;
     let cores = std::thread::available_parallelism().map_or(1, |cores| (cores.get() as u64).min(MOST_CORES));
     (1 << 30) + cores * (128 << 20)
 }
 
-/// The limit of the address space, where it is too small for a driver to be loaded.
+/// The limit of the address space, if it is too small for a driver to be loaded.
 fn small_address_space() -> Option<u64> {
-    // Other systems set no such limit, or tell of it elsewhere.
+    // Other systems set no such limit, or report it elsewhere.
     let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
     let limit: u64 = line.split_whitespace().next()?.parse().ok()?;
@@ -37,7 +37,7 @@ fn small_address_space() -> Option<u64> {
 }
 
 impl Adapter {
-    /// All adapters, in the order in which the drivers list them; none where no driver can be loaded.
+    /// All adapters, in the order of the drivers; none if no driver can be loaded.
     #[must_use]
     pub fn all() -> Vec<Adapter> {
         if small_address_space().is_some() {
@@ -57,7 +57,7 @@ impl Adapter {
         found.into_iter().enumerate().map(adapter).collect()
     }
 
-    /// The one that is wanted.
+    /// The requested one.
     ///
     /// # Errors
     /// [`EvaluateError::Adapter`] with the adapters present; [`EvaluateError::AddressSpace`] where no driver can be loaded.
@@ -102,7 +102,7 @@ impl Adapter {
         !wanted.is_empty() && self.info.name.to_lowercase().contains(&wanted.to_lowercase())
     }
 
-    /// PCI address such as `0000:01:00.0`; empty where the driver tells none.
+    /// PCI address such as `0000:01:00.0`; empty if the driver gives none.
     #[must_use]
     pub fn pci(&self) -> &str {
         &self.info.device_pci_bus_id
@@ -138,7 +138,7 @@ impl Adapter {
         }
     }
 
-    /// The optional abilities that could matter here, by wgpu's names.
+    /// The optional abilities that may matter here, by wgpu's names.
     #[must_use]
     pub fn features(&self) -> Vec<&'static str> {
         let all = self.inner.features();
@@ -153,7 +153,7 @@ impl Adapter {
         known.into_iter().filter(|(feature, _)| all.contains(*feature)).map(|(_, name)| name).collect()
     }
 
-    /// The limits that matter here, by wgpu's names.
+    /// The limits that may matter here, by wgpu's names.
     #[must_use]
     pub fn limits(&self) -> [(&'static str, u64); 5] {
         let all = self.inner.limits();

@@ -1,4 +1,4 @@
-//! Everything that lives on a device and is lost with it: tables, pipelines, buffers, work in flight.
+//! Everything on a device that is lost with it: tables, pipelines, buffers, work in flight.
 
 use super::adapter::Adapter;
 use super::device::{Device, Fault, Limits, Windows};
@@ -16,7 +16,7 @@ use std::time::{Duration, Instant};
 /// Submissions of one buffer set in flight at most: one runs, one waits, so that the device is never idle.
 const IN_FLIGHT: usize = 2;
 
-/// What one buffer set is to do.
+/// Work of one buffer set.
 #[derive(Debug)]
 pub(super) struct Work {
     pub(super) kernel: Kernel,
@@ -34,14 +34,14 @@ struct Submitted {
     candidate_steps: f64,
 }
 
-/// How far a buffer set has come.
+/// Progress of a buffer set.
 #[derive(Debug, Default)]
 struct Flight {
     part: usize,
     sample: u32,
     submitted: VecDeque<Submitted>,
     last_done: Option<Instant>,
-    /// The last submission that is known to be done: once nothing more is submitted, that which reads the last part back.
+    /// The last submission that is known to be done: after the last submission, the one that reads the last part back.
     done: Option<wgpu::SubmissionIndex>,
 }
 
@@ -95,12 +95,12 @@ impl Context {
         })
     }
 
-    /// What went to other things than computing so far.
+    /// Time spent on other work than computing so far.
     pub(super) fn timings(&self) -> Timings {
         Timings { transfer_s: self.transfer.as_secs_f64(), first_dispatch_s: self.warm_up.as_secs_f64() }
     }
 
-    /// Puts other texts in the place of shader files; kernels are built anew.
+    /// Replaces the text of shader files; kernels are built again.
     pub(super) fn replace(&mut self, replaced: Replaced) {
         self.replaced = replaced;
         self.pipelines.clear();
@@ -131,8 +131,8 @@ impl Context {
         self.device.check("submitting work")
     }
 
-    /// The kernel in the form that suits this device, which may have replaced another one. On hardware it depends on the evaluator
-    /// alone: two forms may differ in the last digits there, and no result is to depend on what else is in a batch.
+    /// The kernel in the form for this device, which may have replaced another one. On hardware it depends on the evaluator
+    /// alone: two forms may differ in the last digits there, and no result may depend on the rest of a batch.
     fn kernel(&self, work: &Work) -> Kernel {
         let one_each = work.plan.parts.iter().all(|part| part.begin.is_some());
         let windows = match self.device.windows {
@@ -209,7 +209,7 @@ impl Context {
         true
     }
 
-    /// Submits what is left, waits for all, and reads the results.
+    /// Submits the remaining work, waits for all, and reads the results.
     pub(super) fn finish(&mut self, set: usize, work: &Work, results: &mut Results) -> Result<(), Fault> {
         while let Some(oldest) = self.flights[set].submitted.pop_front() {
             self.await_chunk(set, oldest)?;
@@ -235,7 +235,7 @@ impl Context {
         let done = Instant::now();
         let began = flight.last_done.map_or(chunk.at, |last| last.max(chunk.at));
         let took = (done - began).as_secs_f64();
-        // Where there was nothing to wait for, the chunk was done some time ago.
+        // If there was nothing to wait for, the chunk was done some time ago.
         let waited = (done - asked).as_secs_f64() > 0.5 * took;
         self.rate.learn(chunk.candidate_steps, took, waited);
         flight.last_done = Some(done);

@@ -1,4 +1,4 @@
-//! Devices: how one is opened, shared, and tells of its failures.
+//! Devices: opening, sharing and failures.
 
 use super::adapter::Adapter;
 use super::kernel::{LARGEST_WORKGROUP, WINDOW_LENGTH, workgroup};
@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Upper limits of what is asked of a device, beside its own; tests lower them to reach the code for large work.
+/// Upper limits of the requests to a device, beside its own; tests lower them to reach the code for large work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes of one binding of a storage buffer.
@@ -17,7 +17,7 @@ pub struct Limits {
     pub workgroups: u32,
     /// Samples simulated per submission; without a value the measured speed decides.
     pub chunk: Option<u32>,
-    /// The kernels of hardware on a software device, too: so they are tested without any.
+    /// The kernels of hardware on a software device, too, to test them without any.
     #[doc(hidden)]
     pub as_hardware: bool,
 }
@@ -28,12 +28,12 @@ impl Limits {
         Limits { binding: u64::MAX, buffer: u64::MAX, workgroups: u32::MAX, chunk: None, as_hardware: false };
 }
 
-/// What went wrong on a device, and while doing what.
+/// The failure of a device, and the operation that caused it.
 #[derive(Debug, Clone)]
 pub(super) struct Fault {
     pub(super) doing: &'static str,
     pub(super) message: String,
-    /// True if the device has too little memory for what it was to do.
+    /// True if the device has too little memory for the operation.
     pub(super) is_memory: bool,
 }
 
@@ -43,10 +43,10 @@ impl Fault {
     }
 }
 
-/// Longest wait for one submission; a chunk takes about 0.1 s, so this means that the driver hangs.
+/// Longest wait for one submission; a chunk takes about 0.1 s, so a longer wait means that the driver hangs.
 const PATIENCE: Duration = Duration::from_secs(60);
 
-/// The first failure that a device told of.
+/// The first failure that a device reported.
 type Trouble = Arc<Mutex<Option<String>>>;
 
 /// A device as the driver has opened it.
@@ -57,11 +57,11 @@ struct Opened {
     trouble: Trouble,
 }
 
-/// The devices that evaluators share, by their adapter. Opening one takes time, and a driver has no more than some dozens open in one
+/// The devices that evaluators share, by their adapter. Opening one takes time, and a driver has at most a few dozen open in one
 /// process: NVIDIA's refuses the 63rd (H200, driver 580).
 static SHARED: Mutex<Vec<(String, Opened)>> = Mutex::new(Vec::new());
 
-/// What is locked, even where its last owner has panicked.
+/// The locked value, even if its last owner has panicked.
 fn locked<T>(place: &Mutex<T>) -> MutexGuard<'_, T> {
     place.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -91,7 +91,7 @@ impl Opened {
         Ok(Opened { raw, queue, trouble })
     }
 
-    /// The device that is open on this adapter, or a new one where there is none without trouble.
+    /// The device that is open on this adapter, or a new one if none is open without trouble.
     fn shared(adapter: &Adapter, required_limits: wgpu::Limits) -> Result<Opened, Fault> {
         let name = adapter.to_string();
         let mut shared = locked(&SHARED);
@@ -102,13 +102,13 @@ impl Opened {
             None => Opened::new(adapter, required_limits).inspect(|opened| shared.push((name, opened.clone()))),
         };
         drop(shared);
-        // A driver may take its time over these; nobody is to wait for that.
+        // A driver may be slow at this, so no caller waits for it.
         drop(lost);
         opened
     }
 }
 
-/// Which samples are read from uniform memory where candidates simulate one trajectory.
+/// Which samples are read from uniform memory if candidates simulate one trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Windows {
     /// None.
@@ -120,12 +120,12 @@ pub(super) enum Windows {
     All,
 }
 
-/// An open device, and what one evaluator has of it.
+/// An open device, and the share of one evaluator.
 #[derive(Debug)]
 pub(super) struct Device {
     pub(super) raw: wgpu::Device,
     pub(super) queue: wgpu::Queue,
-    /// What it may be asked for.
+    /// Its limits.
     pub(super) limits: Limits,
     pub(super) windows: Windows,
     /// Invocations of a workgroup.
@@ -136,13 +136,13 @@ pub(super) struct Device {
 }
 
 impl Device {
-    /// The device that evaluators share, unless less is to be asked of it than it can.
+    /// The device that evaluators share, unless a request exceeds its limits.
     pub(super) fn open(adapter: &Adapter, limits: Limits) -> Result<Device, Fault> {
         let open = if limits == Limits::NONE { Opened::shared } else { Opened::new };
         Device::opened_by(open, adapter, limits)
     }
 
-    /// A device of one's own: what happens to it happens to nobody else.
+    /// A separate device: its failures affect no other evaluator.
     pub(super) fn alone(adapter: &Adapter) -> Result<Device, Fault> {
         Device::opened_by(Opened::new, adapter, Limits::NONE)
     }
@@ -181,7 +181,7 @@ impl Device {
         Ok(Device { raw, queue, limits, windows, workgroup, trouble, made: AtomicU64::new(0) })
     }
 
-    /// Fails if the device has told of a failure.
+    /// Fails if the device has reported a failure.
     pub(super) fn check(&self, doing: &'static str) -> Result<(), Fault> {
         match &*locked(&self.trouble) {
             Some(message) => Err(Fault::new(doing, message)),
@@ -197,7 +197,7 @@ impl Device {
         let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.raw.poll(poll)));
         match polled {
             Ok(Ok(_)) => {}
-            // Nobody is to be given a device that does not answer.
+            // No evaluator may get a device that does not answer.
             Ok(Err(e)) => note(&self.trouble, e),
             Err(_) => note(&self.trouble, "the device was lost"),
         }
@@ -210,7 +210,7 @@ impl Device {
         drop(retired);
     }
 
-    /// Makes what takes memory of the device. A failure that leaves the device as it was is told to who asked, and is no trouble of those
+    /// Allocates memory of the device. A failure that leaves the device intact is returned to the caller, and does not affect others
     /// that share it.
     pub(super) fn making<T>(&self, doing: &'static str, make: impl FnOnce() -> T) -> Result<T, Fault> {
         let filters = [wgpu::ErrorFilter::Validation, wgpu::ErrorFilter::Internal, wgpu::ErrorFilter::OutOfMemory];
@@ -251,7 +251,7 @@ impl Device {
         self.raw.create_bind_group(&descriptor)
     }
 
-    /// How many buffers and bind groups were made.
+    /// Number of buffers and bind groups that were made.
     pub(super) fn made(&self) -> u64 {
         self.made.load(Ordering::Relaxed)
     }
@@ -279,6 +279,6 @@ mod tests {
         let fault = device.making("asking for too much", || device.buffer("large", 1 << 60, usage));
         assert_eq!(fault.expect_err("there is not so much").doing, "asking for too much");
         device.making("asking for little", || device.buffer("small", 256, usage)).expect("there is so much");
-        device.check("afterwards").expect("nobody else has heard of it");
+        device.check("afterwards").expect("no other evaluator has heard of it");
     }
 }

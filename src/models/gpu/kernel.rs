@@ -7,8 +7,8 @@ use crate::wgsl::{Precision, Recipe, ShaderError, Source, check, member, memory_
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Invocations of a workgroup, for a device of which up to so many execute together: not many more, because small groups spread better over a
-/// GPU (an NVIDIA H200, 4096 candidates: a seventh to a quarter faster with 32 than with 64; software Vulkan does not care).
+/// Invocations of a workgroup, for a device of which up to this many execute together: not many more, because small groups spread better over a
+/// GPU (an NVIDIA H200, 4096 candidates: a seventh to a quarter faster with 32 than with 64; no difference on software Vulkan).
 pub(super) fn workgroup(subgroup: u32) -> u32 {
     subgroup.clamp(SMALLEST_WORKGROUP, LARGEST_WORKGROUP)
 }
@@ -36,22 +36,22 @@ pub(super) const RAW_WORDS: u32 = 13;
 /// Texts in the place of shader files, by path.
 pub(super) type Replaced = BTreeMap<String, String>;
 
-/// What is added up along a run.
+/// Sums of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Sums {
-    /// What one goodness of fit needs; the result is a score, 4 bytes.
+    /// Sums for one goodness of fit; the result is a score, 4 bytes.
     Score(Accumulation),
-    /// Everything the measures need; the result is [`RAW_WORDS`] words.
+    /// All sums for the measures; the result is [`RAW_WORDS`] words.
     All,
 }
 
-/// What a kernel is composed for.
+/// Settings of a kernel.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) struct Kernel {
     pub(super) recipe: Recipe,
     pub(super) sums: Sums,
     pub(super) reject: bool,
-    /// Past samples to be remembered; a power of two.
+    /// Number of past samples in memory; a power of two.
     pub(super) ring: u32,
     /// Which samples of a chunk, of one trajectory only, are read from uniform memory: at first on hardware, then on the device that
     /// [`Context`](super::context::Context) has.
@@ -119,7 +119,7 @@ impl Kernel {
         self.recipe.variant.extensions.look_back().is_some()
     }
 
-    /// Members of the memory and what they are at the start.
+    /// Members of the memory and their initial values.
     fn memory(&self) -> Vec<(String, Initial)> {
         let missing = self.recipe.observed.then(|| ("d".to_owned(), Initial::Value(0.0)));
         let of = |extension: &&'static Extension| {
@@ -160,7 +160,7 @@ impl Kernel {
         source
     }
 
-    /// What the kernel does with the memory of extensions and observer.
+    /// Treatment of the memory of extensions and observer in the kernel.
     fn memory_functions(&self, text: &mut String) -> std::fmt::Result {
         let memory = self.memory();
         if !self.recipe.is_extended() {
@@ -272,7 +272,7 @@ impl Kernel {
     }
 }
 
-/// The text that a variant's scores are computed with on a GPU, for a ring of 16 samples and NRMSE, with samples in storage and workgroups of
+/// The text of a variant's kernel for scores on a GPU, for a ring of 16 samples and NRMSE, with samples in storage and workgroups of
 /// 64, checked.
 ///
 /// # Errors

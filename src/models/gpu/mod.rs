@@ -1,8 +1,8 @@
 //! The WGSL text itself on a GPU, by wgpu: one invocation simulates one candidate.
 //!
 //! `adapter` chooses one, `device` opens it; `kernel` composes the text; `tables` uploads the cases; `plan` lays jobs out;
-//! `context` builds pipelines and runs chunks of time on the buffers of `slot`; `results` says what came
-//! back; [`Gpu`] makes an evaluator of it.
+//! `context` builds pipelines and runs chunks of time on the buffers of `slot`; `results` interprets the results;
+//! [`Gpu`] makes an evaluator of it.
 
 mod adapter;
 mod context;
@@ -53,12 +53,12 @@ pub struct Gpu {
     is_hardware: bool,
     /// `None` after a device was lost and could not be replaced.
     context: Option<Context>,
-    /// What each buffer set has in flight.
+    /// Work in flight of each buffer set.
     work: [Option<Work>; 3],
     /// Plans to be used again.
     spare: [Plan; 3],
     results: Results,
-    /// What went to other things than computing on devices that were given up.
+    /// Time spent on other work than computing on devices that were given up.
     spent: Timings,
     /// Devices that will be destroyed as soon as they are opened (tests).
     doomed: u32,
@@ -197,8 +197,8 @@ impl Gpu {
         devices.is_some_and(|(own, other)| own.device.raw == other.device.raw)
     }
 
-    /// Destroys the device, as a crashing driver would; tests. They lower some limit, so that it is no device that others share, unless
-    /// that is what they are about.
+    /// Destroys the device, as a crashing driver would; tests. They lower some limit, so that other evaluators do not share the device, unless
+    /// they test that.
     #[doc(hidden)]
     pub fn destroy_device(&mut self) {
         if let Some(context) = &self.context {
@@ -206,7 +206,7 @@ impl Gpu {
         }
     }
 
-    /// Puts another text in the place of a shader file and none in the place of any other, until the device is lost; mutation
+    /// Replaces the text of one shader file and of no other, until the device is lost; mutation
     /// tests.
     ///
     /// # Errors
@@ -229,10 +229,10 @@ impl Gpu {
 
     fn kernel(&self, sums: Sums, observer: bool) -> Kernel {
         let Case { variant, convention, .. } = &self.cases[0];
-        // Nobody is at another sample than the others, on another trajectory or because of where a run with delay begins.
+        // All invocations are at the same sample; only trajectories and the start of a run with delay differ.
         let is_together =
             self.cases.len() == 1 && !(variant.perceives_late() && convention.delay == convention::Delay::Floor);
-        // A ring that is longer than needed costs no time.
+        // A ring that is longer than necessary costs no time.
         let ring = self.courses.iter().map(|course| course.ring).max().unwrap_or(1).next_power_of_two();
         Kernel {
             recipe: Recipe {
@@ -249,7 +249,7 @@ impl Gpu {
         }
     }
 
-    /// Opens a device; the outer error is that there is no adapter.
+    /// Opens a device; the outer error means that there is no adapter.
     fn open(&mut self) -> Result<Result<(), Fault>, EvaluateError> {
         self.give_up();
         let adapter = Adapter::choose(&self.choice)?;
@@ -271,11 +271,11 @@ impl Gpu {
         EvaluateError::Device { doing: fault.doing, adapter: self.adapter.clone(), message: fault.message }
     }
 
-    /// Does something on the device; after a failure once more on a new one, on which all that was in flight is repeated.
+    /// Runs an operation on the device; after a failure once more on a new one, on which all work in flight is repeated.
     fn twice(&mut self, mut run: impl FnMut(&mut Gpu) -> Result<(), Fault>) -> Result<(), EvaluateError> {
         let Err(fault) = run(self) else { return Ok(()) };
         if fault.is_memory {
-            // The same once more would not fit either; what it took is free again with the device.
+            // The same would not fit a second time either; its memory is freed with the device.
             self.give_up();
             return Err(self.failed(fault));
         }
@@ -295,7 +295,7 @@ impl Gpu {
         })
     }
 
-    /// Drops the device; what it took is remembered.
+    /// Drops the device and keeps its times.
     fn give_up(&mut self) {
         self.spent = self.timings();
         self.context = None;
@@ -308,7 +308,7 @@ impl Gpu {
         sums: Sums,
         observed: Option<(&[Observer], usize)>,
     ) -> Result<(), EvaluateError> {
-        // Work that nobody collected is dropped.
+        // Work whose results were not collected is dropped.
         let mut plan = self.work[set].take().map_or_else(|| std::mem::take(&mut self.spare[set]), |work| work.plan);
         let kernel = self.kernel(sums, observed.is_some());
         let (observers, block) = observed.unwrap_or((&[], 0));

@@ -7,7 +7,7 @@ use crate::symbols::{Parameters, Symbol};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Candidates of one dispatch at most, whatever the limits: a chunk of 16 samples of them takes about 0.1 s on a slow adapter.
+/// Largest number of candidates of one dispatch, whatever the limits: a chunk of 16 samples of them takes about 0.1 s on a slow adapter.
 const MOST_CANDIDATES: u64 = 1 << 19;
 
 /// Words from which on several threads lay them out: some tens of microseconds of work.
@@ -26,7 +26,7 @@ pub(super) struct Part {
     pub(super) begin: Option<u32>,
 }
 
-/// What is to be simulated, kept on the host until it is done, so that it can be repeated on another device.
+/// Work to simulate, kept on the host until it is done, so that it can be repeated on another device.
 #[derive(Debug, Default)]
 pub(super) struct Plan {
     /// Neighbours share a trajectory as far as possible.
@@ -151,7 +151,7 @@ struct Source<'a> {
     observers: &'a [Observer],
 }
 
-/// What a word of a candidate is.
+/// Meaning of a word of a candidate.
 #[derive(Debug, Clone, Copy)]
 enum Word {
     /// A parameter, by its place in the variant.
@@ -160,7 +160,7 @@ enum Word {
     Fraction,
     First,
     Job,
-    /// How far the whole and the half way look back.
+    /// Reach of the whole and the half look-back.
     LookBack(usize),
     LookBackFraction(usize),
     Observer(usize),
@@ -220,7 +220,7 @@ fn observer_word(observer: &Observer, k: usize) -> u32 {
     (*value as f32).to_bits()
 }
 
-/// When candidates perceive: one for all where nothing depends on their parameters.
+/// When candidates perceive: one for all if it does not depend on their parameters.
 fn paces(
     case: &Case,
     course: &Course,
@@ -231,7 +231,7 @@ fn paces(
     let variant = &kernel.recipe.variant;
     let base = variant.delay.then_some(Symbol::tau_p);
     let read = base.into_iter().chain(variant.extensions.delay()).chain(variant.extensions.look_back());
-    // A pace depends on these only, and writing down all parameters of a candidate would take most of the time.
+    // A pace depends on these only, and writing all parameters of a candidate would take most of the time.
     let read: Vec<(Symbol, usize)> = read.filter_map(|symbol| Some((symbol, population.column_of(symbol)?))).collect();
     let of = |parameters: &mut Parameters, candidate: usize| {
         read.iter().for_each(|(symbol, place)| parameters.set(*symbol, population.values(candidate)[*place]));

@@ -1,19 +1,19 @@
-//! What a driver does with arithmetic: one small kernel per trap that is known, run on the spot.
+//! Arithmetic of a driver: one small kernel per known fault, run on the spot.
 
 use super::adapter::Adapter;
 use super::device::{Device, Fault};
 use super::twins::{Twins, own_exponential, own_logarithm, own_power};
 use std::time::Instant;
 
-/// What a probe found.
+/// Result of a probe.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::Display)]
 #[strum(serialize_all = "snake_case")]
 pub enum ProbeStatus {
-    /// As the standard for floating-point numbers has it.
+    /// As in the standard for floating-point numbers.
     Ok,
-    /// Not so, but nothing here relies on it.
+    /// Different, but nothing here relies on it.
     Trap,
-    /// Not so, and results cannot be trusted.
+    /// Different, and results cannot be trusted.
     Fail,
     /// Could not be tried.
     Skipped,
@@ -26,11 +26,11 @@ pub struct Probe {
     pub name: &'static str,
     /// What was found.
     pub status: ProbeStatus,
-    /// What it means for the user.
+    /// Its meaning for the user.
     pub detail: String,
 }
 
-/// A way to use an adapter, and whether the probes allow it.
+/// A mode of an adapter, and whether the probes allow it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mode {
     /// Short name; of precisions that of `--precision`.
@@ -41,7 +41,7 @@ pub struct Mode {
     pub promise: &'static str,
 }
 
-/// What an adapter is safe for, after its probes.
+/// Modes that are safe on an adapter, by its probes.
 #[must_use]
 pub fn modes(probes: &[Probe]) -> [Mode; 3] {
     let is = |name: &str, wanted: &[ProbeStatus]| {
@@ -57,13 +57,13 @@ pub fn modes(probes: &[Probe]) -> [Mode; 3] {
         Mode {
             name: "compensated",
             safe: plain && is("hidden_error_terms", &[Ok]),
-            promise: "--precision compensated: rounding errors of states and sums carried along",
+            promise: "--precision compensated: keeps rounding errors of states and sums",
         },
         Mode { name: "same_bits", safe: same_bits, promise: "the very bits of --evaluator lanes on the CPU" },
     ]
 }
 
-/// A name, a kernel that reads `x` and writes `y`, its inputs, and what its outputs mean.
+/// A name, a kernel that reads `x` and writes `y`, its inputs, and the meaning of its outputs.
 struct Trap {
     name: &'static str,
     body: &'static str,
@@ -92,8 +92,8 @@ fn no_number(value: f32) -> u32 { return select(0u, 1u, (bitcast<u32>(value) & 0
 const TRAPS: &[Trap] = &[
     Trap {
         name: "nan_by_bits",
-        // A compiler that takes all results for numbers may drop the test of one that is computed, though not of one that is read.
-        // Not of one value twice: that its difference is 0 some drivers take for granted, which is another matter.
+        // A compiler that assumes finite results may drop the test of a computed value, though not of one that is read.
+        // Not of the difference of a value to itself, which some drivers assume to be 0.
         body: "y[0] = no_number(x[0]); y[1] = no_number(x[2] - x[3]); y[2] = no_number(x[4] / x[5]);
                y[3] = no_number(sqrt(x[6])); y[4] = no_number(x[2] * x[4] + x[1]); y[5] = no_number(x[7] * x[8]);
                y[6] = no_number(x[1]); y[7] = no_number(x[1] - x[7]);",
@@ -102,8 +102,8 @@ const TRAPS: &[Trap] = &[
             judged(
                 y == [1, 1, 1, 1, 1, 1, 0, 0],
                 ProbeStatus::Fail,
-                "a result that is not a number (NaN) is found by its bits, as the kernels do it",
-                "a result that is not a number (NaN) goes unnoticed: do not use this driver",
+                "the kernels' test by bits detects NaN",
+                "a result that is not a number (NaN) remains undetected: do not use this driver",
             )
         },
     },
@@ -184,7 +184,7 @@ const TRAPS: &[Trap] = &[
                 f32::from_bits(y[0]) == 1.0,
                 ProbeStatus::Trap,
                 "the driver's own power function has 0^0 = 1",
-                "the driver's own power function has 0^0 other than 1; the kernels bring their own",
+                "the driver's own power function has 0^0 other than 1; the kernels have their own",
             )
         },
     },
@@ -211,7 +211,7 @@ const TRAPS: &[Trap] = &[
             judged(
                 f32::from_bits(y[0]) == 1e-5,
                 ProbeStatus::Fail,
-                "--precision compensated works: rounding errors of sums are carried along",
+                "--precision compensated works: it keeps rounding errors of sums",
                 "--precision compensated is no better than plain on this driver",
             )
         },
@@ -221,7 +221,7 @@ const TRAPS: &[Trap] = &[
 /// Turns in the probe of loops.
 const TURNS: u32 = 1 << 20;
 
-/// Tries every trap on an adapter.
+/// Runs every probe on an adapter.
 #[must_use]
 pub fn probes(adapter: &Adapter, twins: &Twins) -> Vec<Probe> {
     let failed = |name, fault: Fault| Probe {
@@ -284,7 +284,7 @@ fn rounded(device: &Device, what: &str, operation: &str, expected: fn([f32; 2]) 
     Ok(judged(off == 0, ProbeStatus::Trap, &good, &trap))
 }
 
-/// What wgpu adds to every turn of a loop, so that none is endless; some drivers take it badly. It adds it to both loops here, and
+/// The counter that wgpu adds to every loop, so that none is endless; some drivers handle it badly. It adds it to both loops here, and
 /// one of them has it once more.
 fn loops(device: &Device) -> Finding {
     const CHECK: &str =
@@ -324,7 +324,7 @@ fn loops(device: &Device) -> Finding {
 /// Runs `main` of a text in one workgroup, which reads `x` and writes `y`; the values of `y`. For tests of single functions.
 ///
 /// # Errors
-/// What the device says.
+/// Errors of the device.
 #[doc(hidden)]
 pub fn values(adapter: &Adapter, text: &str, x: &[f32], outputs: usize) -> Result<Vec<u32>, String> {
     let found = Device::alone(adapter).and_then(|device| run(&device, text, x, outputs));

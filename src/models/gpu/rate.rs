@@ -1,19 +1,19 @@
-//! How many samples one submission simulates: learnt from the time that the ones before took.
+//! Number of samples of one submission, from the times of earlier ones.
 
 /// Time that a submission should take \[s\]: short enough for a driver's watchdog (2 s on Windows) and for an interrupt.
 const TARGET: f64 = 0.08;
 
-/// Shorter times \[s\] tell more of the overhead than of the speed.
+/// Shorter times \[s\] show the overhead rather than the speed.
 const MEASURABLE: f64 = 0.01;
 
-/// A device that seems faster than it was thought to be is given so many times the work at most: where most candidates have crashed a
-/// submission takes next to no time, and the next one may be of others.
+/// A device that seems faster than expected gets at most this multiple of the work: where most candidates have crashed a
+/// submission takes almost no time, and the next one may be of others.
 const GROWTH: f64 = 4.0;
 
 /// Samples per submission at least.
 const SHORTEST: u32 = 16;
 
-/// Candidate-steps per second of a device, as far as they are known.
+/// Candidate-steps per second of a device, if known.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Rate(f64);
 
@@ -21,14 +21,14 @@ impl Rate {
     /// A slow start, which one measured submission corrects.
     pub(super) const UNKNOWN: Rate = Rate(50e6);
 
-    /// Samples of a submission of so many candidates.
+    /// Samples of a submission of this many candidates.
     pub(super) fn samples(self, candidates: u32) -> u32 {
         let by_speed = self.0 * TARGET / f64::from(candidates);
         (by_speed.min(1e9) as u32).max(SHORTEST)
     }
 
-    /// Learns from a submission of so many candidate-steps that took so many seconds. Unless the host `waited` for most of that time it
-    /// was done some time ago, and says only how fast the device is at least.
+    /// Learns from a submission of this many candidate-steps that took this many seconds. Unless the host `waited` for most of that time it
+    /// was done some time ago, and gives only a lower limit of the speed.
     pub(super) fn learn(&mut self, candidate_steps: f64, took: f64, waited: bool) {
         let measured = candidate_steps / took.max(1e-6);
         if measured > self.0 {
@@ -43,7 +43,7 @@ impl Rate {
 mod tests {
     use super::*;
 
-    /// Seconds of each submission of a device that does so many candidate-steps per second.
+    /// Seconds of each submission of a device that does this many candidate-steps per second.
     fn times(speed: f64, candidates: u32, submissions: usize) -> Vec<f64> {
         let mut rate = Rate::UNKNOWN;
         let mut submit = || {
@@ -62,7 +62,7 @@ mod tests {
                 assert!((took / TARGET - 1.0).abs() < 0.1, "{speed:e} steps/s, submission {k}: {took} s of {times:?}");
             }
         }
-        // Twenty-five times slower than expected, and even so the first one ends before a driver's patience.
+        // Twenty-five times slower than expected, and even so the first one ends before a driver's watchdog.
         assert!(times(2e6, 100, 1)[0] < 2.1);
     }
 

@@ -1,12 +1,12 @@
-//! What comes back from a device, and what it means.
+//! Results from a device, and their meaning.
 
 use super::context::Work;
 use crate::evaluator::{Failure, FailureKind, Raw, Score, status};
 
-/// Bits of a result word beside [`status`]: the candidate touched a bound where that rejects it.
+/// Bits of a result word beside [`status`]: the candidate touched a bound and the convention rejects it.
 const REJECTED: u32 = status::FAILED | 3 << 28;
 
-/// What came of some work: the contents of `results`, and of `blocks`, of one part after the other.
+/// Results of some work: the contents of `results`, and of `blocks`, of one part after the other.
 #[derive(Debug, Default)]
 pub(super) struct Results {
     pub(super) words: Vec<u32>,
@@ -44,7 +44,7 @@ pub(super) fn raw_of(words: &mut dyn Iterator<Item = u32>) -> Raw {
 /// A score as the kernel writes it.
 pub(super) fn score_of(word: u32) -> Score {
     if word & status::FAILED == 0 {
-        // What is undefined is a NaN.
+        // An undefined value is NaN.
         return Score::Value(f64::from(f32::from_bits(word)));
     }
     if word == REJECTED {

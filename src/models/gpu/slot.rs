@@ -131,13 +131,13 @@ impl Slot {
         pass.dispatch_workgroups(groups[0], groups[1], 1);
     }
 
-    /// Copies what a chunk reads of `samples`: first entry and number.
+    /// Copies the part of `samples` that a chunk reads: first entry and number.
     pub(super) fn copy_window(&self, encoder: &mut wgpu::CommandEncoder, tables: &Tables, [begin, length]: [u32; 2]) {
         let bytes = |entries: u32| 16 * u64::from(entries);
         encoder.copy_buffer_to_buffer(tables.samples(), bytes(begin), &self.window, 0, bytes(length));
     }
 
-    /// Zeroes the blocks: a run that fails writes none any more.
+    /// Zeroes the blocks: a run that fails stops writing them.
     pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder, part: &Part, work: &Work) {
         if work.blocks > 0 {
             encoder.clear_buffer(&self.buffers[BLOCKS], 0, Some(sizes(part, work)[BLOCKS]));
@@ -153,7 +153,7 @@ impl Slot {
         }
     }
 
-    /// Appends what was read back by a submission that is done. Nothing else is waited for: another buffer set may be under way.
+    /// Appends the results of a finished submission. It waits for nothing else: another buffer set may be under way.
     pub(super) fn read(
         &self,
         device: &Device,

@@ -1,4 +1,4 @@
-//! What a device keeps of the cases: samples, norms and look-up tables, uploaded once.
+//! Data of the cases on a device: samples, norms and look-up tables, uploaded once.
 
 use super::device::{Device, Fault};
 use crate::evaluator::{Cell, Course, Table};

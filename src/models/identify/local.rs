@@ -1,4 +1,4 @@
-//! The score near its minimum: a quadratic form, and how far the noise of the drive pulls the minimum.
+//! The score near its minimum: a quadratic form, and the displacement of the minimum by the noise of the drive.
 //!
 //! The score is Σ_k w_k √m_k over signals (and the mean over cases), where m_k is the mean of squared residuals e². Its second
 //! derivatives are taken without those of e (Gauss and Newton), which keeps the form from falling anywhere.
@@ -18,10 +18,10 @@ use rayon::prelude::*;
 /// Steps of the differences, shares of a parameter's range: the first one at which anything changes.
 const STEPS: [f64; 4] = [1e-3, 1e-2, 0.1, 0.3];
 
-/// Share of its largest second derivative that is added to the quadratic form, so that a parameter that does nothing has a variance.
+/// Share of its largest second derivative that is added to the quadratic form, so that a parameter without effect has a variance.
 const RIDGE: f64 = 1e-9;
 
-/// Why a candidate has no local picture.
+/// Why a candidate has no quadratic form.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Refused {
     pub(super) note: &'static str,
@@ -33,7 +33,7 @@ pub(super) struct Refused {
 struct SignalResiduals {
     /// 0: spacing, 1: speed, 2: acceleration.
     signal: usize,
-    /// Derivative of each residual by what is simulated.
+    /// Derivative of each residual by the simulated value.
     per_simulated: Vec<f64>,
     /// Weight of √m in the score.
     weight: f64,
@@ -43,7 +43,7 @@ struct SignalResiduals {
     slopes: Vec<Vec<f64>>,
 }
 
-/// Time between the disturbances whose effect is followed \[s\]: short against what a driver takes to answer.
+/// Time between the disturbances whose effect is followed \[s\]: short against the response time of a driver.
 const BETWEEN_S: f64 = 1.0;
 
 /// The score of one case near the minimum.
@@ -52,24 +52,24 @@ struct CaseForm {
     curvature: DMatrix<f64>,
     /// Derivative of the gradient by the residuals of spacing, speed and acceleration at each sample, from the first that counts on.
     pulls: [Vec<DVector<f64>>; 3],
-    /// Covariance of the gradient if every sample were by itself.
+    /// Covariance of the gradient if all samples were independent.
     independent: DMatrix<f64>,
     /// First sample that counts.
     first: usize,
 }
 
-/// The local picture of a calibrated candidate.
+/// The quadratic form of a calibrated candidate.
 pub(super) struct Local {
     /// Positions of the searched parameters in the space.
     pub(super) free: Vec<usize>,
     /// First derivatives of the score by shares of the ranges, 0 where the parameter lies on a bound, and second ones.
     gradient: DVector<f64>,
     curvature: DMatrix<f64>,
-    /// Covariance of the gradient by the noise of the drives, and what it would be if all residuals were independent.
+    /// Covariance of the gradient by the noise of the drives, and its value if all residuals were independent.
     noise: DMatrix<f64>,
     independent: DMatrix<f64>,
     samples: usize,
-    /// Pieces of the noise that do not depend on each other, less the searched parameters.
+    /// Independent pieces of the noise, less the searched parameters.
     freedom: f64,
     /// Size of the noise, summed over the cases \[m²/s²\].
     pub(super) power: f64,
@@ -79,12 +79,12 @@ pub(super) struct Local {
     tried: Vec<u64>,
 }
 
-/// How far a parameter may be off.
+/// Standard error of a parameter.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Spread {
     /// Half of the interval that the quadratic form gives, a share of the range.
     pub(super) half: f64,
-    /// Rise of the re-optimised score at its ends; NaN for a parameter that changes nothing.
+    /// Rise of the re-optimised score at its ends; NaN for a parameter without effect.
     pub(super) rise: f64,
     pub(super) effective_samples: f64,
 }
@@ -142,9 +142,7 @@ impl Local {
         }
         if largest <= 0.0 {
             // A score of roots has a corner where all residuals are 0.
-            return Ok(Err(
-                local.refused("the score has no curvature around the candidate, as where the fit is perfect")
-            ));
+            return Ok(Err(local.refused("the score has no curvature around the candidate, as with a perfect fit")));
         }
         local.ridge = RIDGE * largest;
         local.curvature += DMatrix::identity(n, n) * local.ridge;
@@ -155,7 +153,7 @@ impl Local {
                     local.freedom += pieces;
                     local.power += power;
                 }
-                None => return Ok(Err(local.refused("the candidate lies on the very edge of what is feasible"))),
+                None => return Ok(Err(local.refused("the candidate lies on the edge of the feasible region"))),
             }
         }
         local.freedom -= n as f64;
@@ -251,7 +249,7 @@ impl Local {
         Some((first, signals))
     }
 
-    /// Where the score would be lowest if it were the quadratic form.
+    /// Minimum of the quadratic form.
     pub(super) fn lowest(&self, space: &SearchSpace, candidate: &[f64]) -> Vec<f64> {
         let mut moved = candidate.to_vec();
         for (k, &i) in self.free.iter().enumerate() {
@@ -262,7 +260,7 @@ impl Local {
         moved
     }
 
-    /// By how much the score on another drive of the same driver exceeds, on average, that of the drive which the parameters were fitted to: the
+    /// Mean excess of the score on another drive of the same driver over that of the drive of the fit: the
     /// trace of the inverse curvature times the covariance of the gradient (K. Takeuchi, 1976; for independent residuals H. Akaike's 1974).
     /// `inside`: the searched parameters that lie on no bound; the others cannot follow the noise. `None` where the form is singular.
     pub(super) fn optimism(&self, inside: &[bool]) -> Option<Optimism> {
@@ -272,14 +270,14 @@ impl Local {
         (trace.is_finite() && trace >= 0.0).then_some(Optimism { score: trace, noise: self.power })
     }
 
-    /// How far parameter `k` may be off: by the covariance of the gradient and the curvature of the score (the sandwich of P. J. Huber,
+    /// Standard error of parameter `k`: by the covariance of the gradient and the curvature of the score (the sandwich of P. J. Huber,
     /// 1967, for estimators such as this one).
     pub(super) fn spread(&self, k: usize) -> Spread {
         let pull = inverse(&self.curvature, k);
         let variance_by = |form: &DMatrix<f64>| (form * &pull).dot(&pull);
         let variance = variance_by(&self.noise);
         let half = student(self.freedom) * variance.sqrt();
-        // A parameter that changes nothing has the ridge as its curvature, and may be anywhere.
+        // A parameter without effect has the ridge as its curvature, and may have any value.
         if self.curvature[(k, k)] < 10.0 * self.ridge || half.is_nan() || half <= 0.0 {
             return Spread { half: 1.0, rise: f64::NAN, effective_samples: 0.0 };
         }
@@ -292,7 +290,7 @@ impl Local {
 }
 
 impl CaseForm {
-    /// Of one case of so many.
+    /// Of one case of this many.
     fn new(signals: &[SignalResiduals], first: usize, n: usize, cases: f64) -> CaseForm {
         let count = signals[0].residual.len();
         let none = || vec![DVector::zeros(n); count];
@@ -388,12 +386,12 @@ impl CaseForm {
         for (start, size) in starts.iter().zip([noise.spacing, noise.speed]) {
             covariance.ger(size.powi(2), start, start, 1.0);
         }
-        // What lasts T is as good as forgotten after 2 T.
+        // An effect that lasts T is negligible after 2 T.
         Ok(Some((covariance, samples as f64 * dt / (2.0 * noise.lasts).max(dt), noise.power())))
     }
 }
 
-/// Row of the inverse of a form. The ridge keeps it from being singular; should it be, each parameter is by itself.
+/// Row of the inverse of a form. The ridge keeps it from being singular; if it is, each parameter counts separately.
 fn inverse(form: &DMatrix<f64>, row: usize) -> DVector<f64> {
     let n = form.nrows();
     let unit = DVector::from_fn(n, |k, _| f64::from(u8::from(k == row)));
@@ -401,7 +399,7 @@ fn inverse(form: &DMatrix<f64>, row: usize) -> DVector<f64> {
     form.clone().cholesky().map_or(alone, |c| c.solve(&unit))
 }
 
-/// What is squared and averaged.
+/// The value that is squared and averaged.
 fn residual(kind: Accumulation, simulated: f64, observed: f64, floored: bool) -> f64 {
     let measured = denominator(observed, floored);
     match kind {
@@ -412,7 +410,7 @@ fn residual(kind: Accumulation, simulated: f64, observed: f64, floored: bool) ->
     }
 }
 
-/// Derivative of [`residual`] by what is simulated.
+/// Derivative of [`residual`] by the simulated value.
 fn per_simulated(kind: Accumulation, observed: f64, floored: bool) -> f64 {
     match kind {
         Accumulation::Squared | Accumulation::Theil | Accumulation::Floored => 1.0,

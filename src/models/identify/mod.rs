@@ -1,13 +1,13 @@
-//! What a calibration tells besides the optimum: how well each parameter is known, and which ones make up for each other.
+//! Results of a calibration beside the optimum: how well each parameter is known, and which ones compensate for each other.
 //!
-//! The residuals of a free simulation are far from independent: at ten samples a second one tells nearly what the next one tells.
-//! So nothing here counts samples as if each were new.
+//! The residuals of a free simulation are far from independent: at ten samples a second, one nearly repeats the one before.
+//! So nothing here counts samples as independent.
 //!
-//! 1. `local`: the score near its minimum as a quadratic form, by differences of the f64 reference, and how far the noise of the drive
-//!    (`noise`) moves the minimum.
+//! 1. `local`: the score near its minimum as a quadratic form, by differences of the f64 reference, and the displacement of
+//!    the minimum by the noise of the drive (`noise`).
 //! 2. `near`: correlations between parameters among the candidates that are nearly as good as the best.
 //!
-//! The intervals say what is known if the variant is right and the drive typical; they do not say that it is right.
+//! The intervals hold if the variant is right and the drive typical; they do not show that it is right.
 
 mod local;
 mod near;
@@ -21,7 +21,7 @@ use crate::lanes::{Lanes, LanesPrecision};
 use crate::rescore;
 use crate::symbols::Symbol;
 
-/// Share of cases in which an interval should hold the true value.
+/// Share of cases in which an interval should contain the true value.
 pub const CONFIDENCE: f64 = 0.95;
 
 /// Quantile of the normal distribution that belongs to [`CONFIDENCE`], both sides.
@@ -30,39 +30,39 @@ const NORMAL: f64 = 1.959_963_985;
 /// A drive determines a parameter if the interval leaves at least this share of the searched range out.
 const LEFT_OUT: f64 = 0.5;
 
-/// What is known of one parameter.
+/// Interval of one parameter.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Knowledge {
     /// The parameter.
     pub symbol: Symbol,
     /// Where the interval ends, lower and upper, in the parameter's unit.
     pub interval: [f64; 2],
-    /// True where an end is the bound of the search, and not the data's.
+    /// True if an end is the bound of the search, and not the data's.
     pub open: [bool; 2],
-    /// False where the interval holds more than half of the range that was searched: the drive does not tell the value.
+    /// False if the interval holds more than half of the searched range: the drive does not determine the value.
     pub determined: bool,
-    /// Samples, all signals of one time together, that would tell as much if they were independent.
+    /// Equivalent number of independent samples, all signals of one time together.
     pub effective_samples: f64,
     /// Rise of the score at which the interval ends, in units of the score.
     pub rise: f64,
 }
 
-/// What the parameters have followed of the noise of a drive, which lasts.
+/// Part of the autocorrelated noise of a drive that the parameters have followed.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Optimism {
-    /// By how much the score is expected to be higher on another drive of the same driver, in units of the score; in proportion to the noise.
+    /// Expected increase of the score on another drive of the same driver, in units of the score; in proportion to the noise.
     pub score: f64,
-    /// The noise that was found with the model: mean square of the speed that an unknown acceleration adds in some seconds \[m²/s²\]. What a
-    /// model misses counts as noise, too.
+    /// The noise that was found with the model: mean square of the speed that an unknown acceleration adds in some seconds \[m²/s²\]. Errors
+    /// of the model count as noise, too.
     pub noise: f64,
 }
 
-/// What is known of all searched parameters.
+/// Intervals and correlations of all searched parameters.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Identifiability {
-    /// One entry per searched parameter; empty if it could not be found out, see `note`.
+    /// One entry per searched parameter; empty if it could not be computed, see `note`.
     pub parameters: Vec<Knowledge>,
-    /// By how much the score is expected to be higher on another drive of the same driver; `None` if it could not be found out.
+    /// Expected increase of the score on another drive of the same driver; `None` if it could not be computed.
     pub optimism: Option<Optimism>,
     /// Why there are no intervals.
     pub note: Option<&'static str>,
@@ -70,7 +70,7 @@ pub struct Identifiability {
     pub evaluations: u64,
 }
 
-/// The f64 evaluator that tells what disturbances do, and where among its cases are those of the evaluator beside it.
+/// The f64 evaluator that computes the effect of disturbances, and the places of the other evaluator's cases among its own.
 #[derive(Debug, Clone, Copy)]
 pub struct Exactly<'a> {
     /// It has all cases that are asked about.
@@ -87,7 +87,7 @@ impl<'a> Exactly<'a> {
     }
 }
 
-/// Finds out how well the parameters of a calibrated candidate are known.
+/// Computes the uncertainty of the parameters of a calibrated candidate.
 ///
 /// # Errors
 /// When the evaluator in f64 fails.
@@ -100,10 +100,10 @@ pub fn identify(
     identify_on(Exactly { lanes: &lanes, first: 0, count: evaluator.cases().len() }, space, candidate)
 }
 
-/// Drives below this are too short for intervals that always keep their word \[s\].
+/// Drives below this are too short for reliable intervals \[s\].
 pub const SHORT_S: f64 = 60.0;
-/// What is said beside intervals of such drives; the table of `docs/OPTIMIZERS.md` has the shares.
-pub const SHORT: &str = "on drives of less than 60 s with noise that lasts, 95 % intervals held the truth in 89 (v_0) and 86 (d_0) of 100 cases";
+/// The caution beside intervals of such drives; the table of `docs/benchmark/optimizers.md` has the shares.
+pub const SHORT: &str = "on drives of less than 60 s with autocorrelated noise, 95 % intervals contained the truth in 89 (v_0) and 86 (d_0) of 100 cases";
 
 /// The same for some of the cases of an evaluator in f64.
 ///
@@ -124,7 +124,7 @@ pub fn identify_on(
     let Some(deepest) = rises.reduce(f64::min) else {
         return none("no parameter changes the score", local.evaluations());
     };
-    // What changes nothing rises nowhere, whatever is asked of it.
+    // A parameter without effect never raises the score.
     for spread in spreads.iter_mut().filter(|s| !(s.rise.is_finite() && s.rise > 0.0)) {
         spread.rise = deepest;
     }
@@ -136,7 +136,7 @@ pub fn identify_on(
         })
     };
     if score(&local.lowest(space, candidate))? < score(candidate)? - 0.1 * deepest {
-        let note = "the candidate is not at a minimum: a better one lies close by, so search longer";
+        let note = "the candidate is not at a minimum: a better one is near, so search longer";
         return none(note, local.evaluations() + 1);
     }
     let parameters = spreads.iter().zip(&local.free).map(|(spread, &i)| {
@@ -161,7 +161,7 @@ pub fn identify_on(
     Ok(Identifiability { parameters, optimism, note, evaluations: local.evaluations() + 1 })
 }
 
-/// Ends of an interval whose half is so wide at the value. Of a parameter that cannot be 0 by its bounds the error grows with the value, so that
+/// Ends of an interval of this half width around the value. For a parameter that cannot be 0 by its bounds the error grows with the value, so that
 /// the end away from 0 is a multiple; the other one stays a difference, which is the wider of the two there.
 fn ends(x: f64, half: f64, [lower, upper]: [f64; 2]) -> [f64; 2] {
     let far = x * (half / x.abs()).exp();

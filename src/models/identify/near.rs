@@ -3,7 +3,7 @@
 use crate::calibrate::Replicate;
 
 /// Pearson's correlation of the parameters among candidates that are nearly as good as the best: row by row over `free`, the positions
-/// of the parameters that were searched. `rise`: how much worse, in units of the score. The candidates are those that the searches
+/// of the searched parameters. `rise`: largest excess of their scores, in units of the score. The candidates are those that the searches
 /// met on their way. `None` if they are fewer than ten per parameter; the number of candidates comes with it.
 #[must_use]
 pub fn correlation(replicates: &[Replicate], free: &[usize], best: f64, rise: f64) -> Option<(Vec<Vec<f64>>, usize)> {
@@ -23,7 +23,7 @@ pub fn correlation(replicates: &[Replicate], free: &[usize], best: f64, rise: f6
     let deviations: Vec<f64> = (0..free.len()).map(|k| covariance(k, k).sqrt()).collect();
     let entry = |a: usize, b: usize| {
         let scale = deviations[a] * deviations[b];
-        // A parameter that is the same in all, on a bound for instance, goes with none.
+        // A parameter that is the same in all, on a bound for instance, has no correlation.
         if a == b {
             1.0
         } else if scale > 0.0 {

@@ -1,9 +1,9 @@
-//! What disturbed a measured drive, and what a disturbance does to a simulation of it.
+//! Noise of a measured drive, and its effect on a simulation of the drive.
 //!
-//! Residuals of a free simulation are no measure of the noise: the fit has taken out what the parameters can follow, and of a short drive
-//! that is most of it. One step from the measured state to the next tells the noise from all samples. It has two parts: errors of the
-//! measurement, new at each sample, and an acceleration that the model does not know and that lasts (Ornstein-Uhlenbeck). Their sizes are
-//! those of the highest restricted likelihood (H. D. Patterson and R. Thompson, Biometrika 58, 1971): it allows for what the parameters take out.
+//! Residuals of a free simulation do not measure the noise: the fit has removed the part that the parameters can follow, and of a short drive
+//! that is most of it. One-step errors from the measured state show the noise at all samples. It has two parts: errors of the
+//! measurement, independent between samples, and a lasting acceleration that the model does not know (Ornstein-Uhlenbeck). Their sizes are
+//! those of the highest restricted likelihood (H. D. Patterson and R. Thompson, Biometrika 58, 1971), which allows for the fitted parameters.
 
 use crate::calibrate::SearchSpace;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Observer, Population};
@@ -15,22 +15,22 @@ use rayon::prelude::*;
 /// An observer that puts the state on the measurement after each step.
 const HELD: Observer = Observer { gain: [1.0, 0.0, 0.0, 1.0, 0.0, 0.0], ..Observer::NONE };
 
-/// How long an unknown acceleration may last \[s\]: first, last and factor of what is tried. What lasts longer is answered by the driver.
+/// How long an unknown acceleration may last \[s\]: first, last and factor of the grid. The driver responds to longer ones.
 const LASTS_S: [f64; 3] = [0.05, 8.0, 1.6];
-/// Speed that it adds in a sample as a multiple of the error of a measured speed: first, last and factor of what is tried, besides none.
+/// Speed that it adds in a sample as a multiple of the error of a measured speed: first, last and factor of the grid, beside none.
 const RATIO: [f64; 3] = [0.003, 1000.0, 2.0];
-/// Once the best is known, so fine a part of a step.
+/// Fraction of a step for the refinement around the best.
 const FINER: f64 = 0.25;
-/// A parameter is not taken out if so small a share of what it does is its own: what it does is what others do, too.
+/// A parameter is not removed if this small a share of its effect is its own: the others have the same effect.
 const OWN: f64 = 1e-10;
 
-/// In so many seconds a driver has answered a disturbance: how much speed the unknown acceleration adds in them is the size of the noise.
+/// Within this many seconds a driver has responded to a disturbance: the speed that the unknown acceleration adds in them is the size of the noise.
 const ANSWERED_S: f64 = 4.0;
 
 /// Noise of a drive.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) struct Noise {
-    /// Standard deviation of the unknown acceleration \[m/s²\], and how long it lasts \[s\].
+    /// Standard deviation of the unknown acceleration \[m/s²\], and its duration \[s\].
     pub acceleration: f64,
     pub lasts: f64,
     /// Standard deviations of the measured spacing \[m\] and speed \[m/s\].
@@ -72,7 +72,7 @@ impl Noise {
         Ok(Some(Noise { spacing: spacing.sqrt(), ..Noise::told_by(&series, dt) }))
     }
 
-    /// By the errors of the speed in one step, and what each parameter changes of them.
+    /// By the errors of the speed in one step, and their derivatives by each parameter.
     fn told_by(series: &[Vec<f64>], dt: f64) -> Noise {
         // Sample by sample.
         let rows: Vec<f64> = (0..series[0].len()).flat_map(|t| series.iter().map(move |z| z[t])).collect();
@@ -104,12 +104,12 @@ impl Noise {
         Noise { acceleration: ratio * speed / dt, lasts, spacing: 0.0, speed }
     }
 
-    /// Mean square of the speed that the unknown acceleration adds until a driver has answered \[m²/s²\].
+    /// Mean square of the speed that the unknown acceleration adds until a driver has responded \[m²/s²\].
     pub fn power(&self) -> f64 {
         self.added(ANSWERED_S, 0)
     }
 
-    /// Covariance of the speeds that the unknown acceleration adds in two stretches of this length, so many stretches apart \[m²/s²\].
+    /// Covariance of the speeds that the unknown acceleration adds in two stretches of this length, this many stretches apart \[m²/s²\].
     pub fn added(&self, length: f64, apart: usize) -> f64 {
         let (square, t) = (self.acceleration.powi(2), self.lasts);
         match apart {
@@ -216,7 +216,7 @@ impl NullaryFnOnce for Restricted<'_> {
 /// The likelihood from the products of whitened series, the lower triangle row by row, and the sum of the logarithms of the variances.
 fn likelihood(mut products: Vec<f64>, n: usize, samples: usize, logarithms: f64) -> (f64, f64) {
     let at = |a: usize, b: usize| a.max(b) * (a.max(b) + 1) / 2 + a.min(b);
-    // What the others explain is taken out, one after the other.
+    // The parts that the others explain are removed, one after the other.
     let whole: Vec<f64> = (0..n).map(|a| products[at(a, a)]).collect();
     let (mut taken, mut determinant) = (0, 0.0);
     for (pivot, whole) in whole.iter().enumerate().skip(1) {
@@ -244,7 +244,7 @@ fn geometric([first, last, factor]: [f64; 3]) -> impl Iterator<Item = f64> {
 
 /// Change of the speed, and of the spacing, whose effect is followed \[m/s, m\]: so small that the effect is in proportion.
 const KICK: f64 = 0.01;
-/// The effect is followed until it is this share of the kick, and so long \[s\]: by then a car has answered.
+/// The effect is followed until it is this share of the kick, and this long \[s\]: by then a car has responded.
 const GONE: f64 = 0.003;
 const FOLLOWED_S: f64 = 120.0;
 
@@ -259,7 +259,7 @@ pub(super) struct Free<'a> {
     states: [Vec<f64>; 3],
 }
 
-/// What a kick does to s, v and a, per unit of the kick, from a sample on.
+/// Effect of a kick on s, v and a, per unit of the kick, from a sample on.
 pub(super) struct Answer {
     pub from: usize,
     pub change: Vec<[f64; 3]>,
@@ -280,7 +280,7 @@ impl<'a> Free<'a> {
         Ok(whole.then_some(Free { lanes, case, parameters, first, states }))
     }
 
-    /// What kicks of the spacing (0) or the speed (1) do, each right before a sample.
+    /// Effect of kicks of the spacing (0) or the speed (1), each right before a sample.
     pub fn kicked(&self, kicks: &[(usize, usize)]) -> Result<Vec<Answer>, EvaluateError> {
         let case = &self.lanes.cases()[self.case];
         let followed = (FOLLOWED_S / case.dt) as usize;
@@ -340,7 +340,7 @@ mod tests {
                         }
                         let noise = Noise::told_by(&[vec![errors], waves].concat(), dt);
                         assert!(speed < 1e-3 || (noise.speed / speed - 1.0).abs() < 0.3, "{noise:?}");
-                        // What counts: how much speed it adds in some seconds.
+                        // Size of the noise: the speed that it adds in some seconds.
                         (noise.added(4.0, 0) / (acceleration.powi(2) * integrated(4.0, lasts))).sqrt()
                     })
                     .collect();

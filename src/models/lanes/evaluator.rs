@@ -75,7 +75,7 @@ impl Engine {
 }
 
 impl Engine {
-    /// The same with another instruction set and blocks of at most so many lanes.
+    /// The same with another instruction set and blocks of at most this many lanes.
     fn with(self, set: InstructionSet, only: Option<usize>) -> Engine {
         match self {
             Engine::F32(core) => Engine::F32(Box::new(core.with(set, only))),
@@ -102,10 +102,10 @@ pub struct Lanes {
     gof: GoodnessOfFit,
     precision: LanesPrecision,
     set: InstructionSet,
-    /// Only blocks of at most so many lanes, for tests.
+    /// Only blocks of at most this many lanes, for tests.
     only: Option<usize>,
     engine: Engine,
-    /// The same model with an observer; made when it is asked for.
+    /// The same model with an observer; made at its first use.
     observing: OnceLock<Engine>,
     finished: [Vec<Finished>; 2],
 }
@@ -160,7 +160,7 @@ impl Lanes {
         self.rebuilt(set, only)
     }
 
-    /// The same with blocks of at most so many lanes, for tests: all give the same bits.
+    /// The same with blocks of at most this many lanes, for tests: all give the same bits.
     #[must_use]
     pub fn with_lanes(self, lanes: usize) -> Lanes {
         let set = self.set;
@@ -238,8 +238,8 @@ impl Lanes {
         })
     }
 
-    /// The residuals of free simulations, as [`Lanes::residuals`]. They are put back on the measurement as `windows` says, and where a run
-    /// fails: its residuals of that sample are NaN. What a model remembers goes on.
+    /// The residuals of free simulations, as [`Lanes::residuals`]. They are put back on the measurement by `windows`, and where a run
+    /// fails: its residuals of that sample are NaN. The memory of a model continues.
     ///
     /// # Errors
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
@@ -257,7 +257,7 @@ impl Lanes {
         })
     }
 
-    /// Scores of pulled runs, and the sums of squares of how far they fell short \[m²\].
+    /// Scores of pulled runs, and the sums of squares of their shortfalls \[m²\].
     ///
     /// # Errors
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
@@ -274,7 +274,7 @@ impl Lanes {
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     ///
     /// # Panics
-    /// If differences name candidates that are not there.
+    /// If differences name missing candidates.
     pub fn slopes(&self, job: &Job<'_>, differences: &[Differences], pull: Pull) -> Result<Vec<Slopes>, EvaluateError> {
         let (settings, observers) = self.pulling(job, pull);
         with_engine!(self.observing()?, core => {
@@ -289,7 +289,7 @@ impl Lanes {
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     ///
     /// # Panics
-    /// If differences name candidates that are not there.
+    /// If differences name missing candidates.
     pub fn products<'a>(
         &self,
         job: &Job<'_>,
@@ -319,8 +319,8 @@ impl Lanes {
     }
 
     /// Residuals of free runs whose squares add up to the score, one vector per candidate: those of spacing, then of speed, then of
-    /// acceleration, one per sample of the drive; 0 before the first simulated sample and of a signal that is not compared. What stands
-    /// in the vector of a run that fails means nothing.
+    /// acceleration, one per sample of the drive; 0 before the first simulated sample and of a signal that is not compared. The
+    /// vector of a run that fails is undefined.
     ///
     /// # Errors
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
@@ -346,7 +346,7 @@ impl Lanes {
         let how = (self.precision, self.set);
         let engine = Engine::new(&self.cases, &self.courses, &self.gof, how, true, &|_, _| None)?;
         let engine = if self.only.is_some() { engine.with(self.set, self.only) } else { engine };
-        // Another thread may have been quicker; both are the same.
+        // Another thread may have been faster; both results are the same.
         Ok(self.observing.get_or_init(|| engine))
     }
 
@@ -370,7 +370,7 @@ impl Lanes {
             .map(|mut traces| traces.remove(0))
     }
 
-    /// The same from each of some samples, where a kick adds something to spacing, speed and acceleration at the sample before. Samples that
+    /// The same from each of some samples, where a kick adds to spacing, speed and acceleration at the sample before. Samples that
     /// are near each other share a block of [`Lanes::TRACES`].
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! One function of a text by itself, for tests and tools.
+//! One function of a text alone, for tests and tools.
 
 use super::compile::code::{Row, Step};
 use super::compile::error::LanesError;
@@ -26,7 +26,7 @@ impl Function {
     /// Compiles a function.
     ///
     /// # Errors
-    /// [`LanesError::Missing`]; [`LanesError::Unsupported`] for what parts may not use.
+    /// [`LanesError::Missing`]; [`LanesError::Unsupported`] for constructs that parts may not use.
     pub fn compile(source: &Source, checked: &Checked, name: &str) -> Result<Function, LanesError> {
         let flat = flatten(source, checked, name, &[])?;
         let mut rows = Rows::default();

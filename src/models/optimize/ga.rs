@@ -34,7 +34,7 @@ impl Default for GaSettings {
 
 /// The genetic algorithm.
 ///
-/// It differs from the package in one point: infeasible members have no penalty value. They are sorted by how long they survived, and
+/// It differs from the package in one point: infeasible members have no penalty value. They are sorted by the time that they survived, and
 /// have no weight in the roulette wheel, whose worst member is the worst feasible one. A penalty would be worse than that one, and give
 /// the feasible ones nearly the same weight.
 #[derive(Debug, Clone)]
@@ -73,7 +73,7 @@ impl Ga {
         (0..self.settings.population_size).map(point).collect()
     }
 
-    /// The elite, then members drawn by the roulette wheel; they are carried over as they are.
+    /// The elite, then members drawn by the roulette wheel; they are carried over unchanged.
     fn select_parents(&self) -> Vec<Member> {
         let size = self.settings.population_size;
         let mut count = (self.settings.parents_portion * size as f64) as usize;
@@ -143,7 +143,7 @@ fn cumulative_weights(population: &[Member]) -> Vec<f64> {
     let weight = |member: &Member| match (value(member), worst) {
         (Some(value), Some(worst)) => worst - value + 1.0,
         (None, Some(_)) => 0.0,
-        // Nobody is feasible: all alike.
+        // No member is feasible: all are equal.
         (_, None) => 1.0,
     };
     let mut sum = 0.0;

@@ -12,7 +12,7 @@ use rand_chacha::ChaCha8Rng;
 pub struct LshadeSettings {
     /// Members of the first generation.
     pub first_population: usize,
-    /// Members of the last generation; at least 4, for a mutant needs four different points.
+    /// Members of the last generation; at least 4, because a mutant needs four different points.
     pub last_population: usize,
     /// Evaluations over which the population shrinks, and after which the run is finished.
     pub evaluations: u64,
@@ -32,7 +32,7 @@ pub struct LshadeSettings {
 }
 
 impl LshadeSettings {
-    /// Those of the paper for so many dimensions and evaluations; fewer members where evaluations are scarce.
+    /// Those of the paper for this many dimensions and evaluations; fewer members where evaluations are scarce.
     #[must_use]
     pub fn new(dimensions: usize, evaluations: u64) -> LshadeSettings {
         // A member should be replaced some twenty times.
@@ -59,7 +59,7 @@ struct Trial {
 }
 
 /// L-SHADE as an optimiser. Where the paper compares values, members are compared by rule: feasible ones by value, infeasible
-/// ones by how long they survived.
+/// ones by the time that they survived.
 #[derive(Debug, Clone)]
 pub struct Lshade {
     settings: LshadeSettings,

@@ -1,4 +1,4 @@
-//! Optimisers that know nothing about cars: they ask for the merits of a whole generation and are told them.
+//! Optimisers without knowledge of cars: they ask for the merits of a whole generation and receive them.
 
 mod auto;
 mod cmaes;
@@ -14,7 +14,7 @@ pub use stream::{Origin, normal, stream};
 
 use std::cmp::Ordering;
 
-/// How good a candidate is. Feasible ones come first, by value; infeasible ones by how long they survived.
+/// Quality of a candidate. Feasible ones come first, by value; infeasible ones by the time that they survived.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Merit {
     /// Value of the objective; lower is better. One that is not finite is worse than every one that is.
@@ -95,22 +95,22 @@ pub trait Optimizer {
     fn tell(&mut self, merits: &[Merit]);
     /// The best candidate so far; `None` before the first `tell`.
     fn best(&self) -> Option<&Member>;
-    /// A candidate whose merit beats the best one's but is not as exact, of a search that has nothing feasible by exact merits yet: who ends
-    /// the run now should find out which of the two is better.
+    /// A candidate whose merit beats the best one's but is less exact, of a search without a feasible exact merit so far: a caller that ends
+    /// the run now should determine which of the two is better.
     fn rival(&self) -> Option<&Member> {
         None
     }
-    /// Why it asks for no more; `None` while it goes on, as those without an end of their own always do.
+    /// Why it asks for no more; `None` while it continues, as those without an end of their own always do.
     fn ended(&self) -> Option<Ended> {
         None
     }
-    /// True if the merits of the next generation should be as exact as they can be had: differences within it are small.
+    /// True if the merits of the next generation should be as exact as possible: differences within it are small.
     fn wants_exact(&self) -> bool {
         false
     }
 }
 
-/// Why an optimiser has ended by itself.
+/// Why an optimiser has ended without a request.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ended {
     /// It expects no more gain.
@@ -119,7 +119,7 @@ pub enum Ended {
     Spent,
 }
 
-/// Puts a member in the place of the best one if it beats it.
+/// Replaces the best one by a better member.
 fn keep_best(best: &mut Option<Member>, member: &Member) {
     if best.as_ref().is_none_or(|best| member.merit.beats(&best.merit)) {
         *best = Some(member.clone());

@@ -1,4 +1,4 @@
-//! Effects of a wanted size: how much a drive changes is what makes an effect weak or strong, not its parameter.
+//! Effects of a given size: the change of a drive makes an effect weak or strong, not its parameter.
 
 use super::effect::Effect;
 use super::error::PlantError;
@@ -6,21 +6,21 @@ use super::noise::Noise;
 use super::sample::Ahead;
 use super::scenario::Scenario;
 
-/// How near the wanted size has to be.
+/// Tolerance of the requested size.
 const PRECISION: f64 = 0.01;
 /// Halvings of the range of a parameter.
 const HALVINGS: usize = 40;
-/// Strength that is taken for the largest: an effect that is too weak even then is not followed further.
+/// Strength that counts as the largest: a weaker effect is not followed further.
 const NEARLY_ALL: f64 = 0.999;
 
 /// The scenario with each effect of a follower (1 drives behind the platoon leader) made as strong as it takes to change that
 /// follower's speed by `rms` \[m/s\] (root mean square over the drive), each for itself, everything else at its truth.
 ///
 /// # Errors
-/// [`PlantError::Weak`] if an effect cannot change this drive so much; otherwise as [`super::run`].
+/// [`PlantError::Weak`] if an effect cannot change this drive by that amount; otherwise as [`super::run`].
 ///
 /// # Panics
-/// If there is no such follower.
+/// For an unknown follower.
 pub fn at_amplitude(scenario: &Scenario, follower: usize, rms: f64) -> Result<Scenario, PlantError> {
     let mut quiet = Scenario { noise: Noise::NONE, ..scenario.clone() };
     quiet.followers.truncate(follower);

@@ -1,11 +1,11 @@
-//! What is true of each car.
+//! Properties of each car.
 
 use super::effect::Effect;
 use serde::{Deserialize, Serialize};
 
 /// The platoon leader: cruise control that follows the set speed of the scenario.
 ///
-/// It makes up for the level-road load but not for the grade, so its speed wavers with the hills by
+/// It compensates the level-road load but not the grade, so its speed wavers with the hills by
 /// `g * sin_grade / k`, as the platoon leader of the AstaZero drives does (about 0.35 m/s on 3 %).
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Lead {
@@ -31,19 +31,19 @@ pub struct CarTruth {
     /// Bumper-to-bumper gap to the car ahead at the start, at standstill \[m\].
     #[serde(rename = "initial_gap_m")]
     pub initial_gap: f64,
-    /// What turns perceived signals into an acceleration command.
+    /// The controller: from perceived signals to an acceleration command.
     pub controller: Controller,
     /// Perception delay \[s\]: 0, or at least the fine step.
     pub tau_p: f64,
     /// Actuation lag \[s\]; 0 for an immediate response.
     pub tau_a: f64,
-    /// Road load and grade that the command does not make up for (Eq. 11); `None` as in Eqs. 9 and 10.
+    /// Road load and grade that the command does not compensate (Eq. 11); `None` as in Eqs. 9 and 10.
     pub load: Option<RoadLoad>,
     /// Lower bound of the acceleration \[m/s²\] (Eq. 13), negative.
     pub a_lb: f64,
     /// Upper bound of the acceleration \[m/s²\] (Eq. 13).
     pub a_ub: f64,
-    /// What the paper's models lack.
+    /// Effects that the paper's models lack.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub effects: Vec<Effect>,
     /// Random accelerations.

@@ -2,7 +2,7 @@
 
 use super::car::Controller;
 
-/// What a follower knows when it decides; all but `v_now` are old by the perception delay.
+/// Knowledge of a follower at its decision; all but `v_now` are old by the perception delay.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Seen {
     /// Spacing \[m\].
@@ -29,7 +29,7 @@ impl Controller {
                 let b = -a_min;
                 let reaction = b * (t_h / 2.0 + theta);
                 let room = 2.0 * (seen.gap - d_0 - extra) - t_h * seen.v + seen.v_ahead * seen.v_ahead / -a_hat_min;
-                // A negative radicand means that no speed is safe any more: brake as for a stop.
+                // A negative radicand means that no speed is safe: brake as for a stop.
                 let safe = (reaction * reaction + b * room).max(0.0).sqrt() - reaction;
                 (free.min(safe) - seen.v_now) / t_h
             }
@@ -49,7 +49,7 @@ impl Controller {
     pub(super) fn equilibrium_gap(&self, v: f64) -> f64 {
         match *self {
             Controller::Idm { v_0, t_h, d_0, delta, .. } => {
-                // Near the desired speed there is none; then ten times the spacing of a slow car.
+                // Near the desired speed there is no such spacing; then ten times the spacing of a slow car.
                 (d_0 + t_h * v) / (1.0 - (v / v_0).powf(delta)).max(0.01).sqrt()
             }
             Controller::Gipps { t_h, d_0, a_min, a_hat_min, theta, .. }

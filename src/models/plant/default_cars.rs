@@ -6,7 +6,7 @@ use super::noise::{Purpose, Stream};
 /// Constant bounds of the acceleration \[m/s²\]: paper, Section 2.2.2.
 const BOUNDS: (f64, f64) = (-7.0, 5.0);
 
-/// A car of 4.9 m; the gain lets its speed waver by 0.36 m/s on 2.9 %.
+/// A car of 4.9 m; the gain lets its speed vary by 0.36 m/s on 2.9 %.
 pub(super) fn lead() -> Lead {
     Lead { name: "Synthetic(A)".to_owned(), length: 4.9, k: 0.8, tau_a: 0.3 }
 }
@@ -27,7 +27,7 @@ pub enum Base {
     LGipps,
 }
 
-/// A follower without delay, lag or load whose parameters are drawn from the seed, within what drives safely.
+/// A follower without delay, lag or load whose parameters are drawn from the seed, within a safe range.
 #[must_use]
 pub fn drawn(base: Base, seed: u64, car: usize) -> CarTruth {
     let stream = &mut Stream::new(seed, Purpose::ParametersOfCar(car));

@@ -10,12 +10,12 @@ use super::road::Hills;
 use super::scenario::{Profile, Scenario};
 use super::set_speed::SetSpeed;
 
-/// Brake of the platoon leader at set speed 0 \[m/s²\]: it stops for good, also downhill.
+/// Brake of the platoon leader at set speed 0 \[m/s²\]: it stops and stays, also downhill.
 const HOLD: f64 = -0.6;
 /// Set speed at which that brake is released \[m/s\]; a gradual release keeps the equations smooth.
 const RELEASED: f64 = 0.5;
 
-/// How long a car drives on after the end \[s\], for whoever sees what it will do (time offset, smoothed acceleration).
+/// How long a car continues after the end \[s\], for effects that look ahead (time offset, smoothed acceleration).
 const MARGIN: f64 = 1.6;
 
 /// The motion of all cars, platoon leader first, over at least `steps` steps of length `h` \[s\] from standstill.

@@ -1,4 +1,4 @@
-//! Effects that a car may have and the base models lack: what a diagnosis has to find.
+//! Effects that a car may have and the base models lack, for diagnoses to find.
 
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -25,7 +25,7 @@ const fn parameter(name: &'static str, unit: &'static str, bounds: [f64; 2], med
 
 macro_rules! effects {
     ($($ident:ident, $meaning:literal, $weakest:expr, [$(($p:literal, $unit:literal, $bounds:expr, $medium:expr)),*];)*) => {
-        /// What kind of effect, by its name in files and on the command line.
+        /// Kind of an effect, by its name in files and on the command line.
         #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord)]
         #[derive(strum::Display, strum::EnumString, strum::IntoStaticStr, strum::VariantArray)]
         #[strum(const_into_str, serialize_all = "snake_case", parse_err_ty = EffectError, parse_err_fn = unknown)]
@@ -34,19 +34,19 @@ macro_rules! effects {
         }
 
         impl EffectKind {
-            /// What it does, in words.
+            /// The effect in words.
             #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self { $(EffectKind::$ident => $meaning),* }
             }
 
-            /// Its parameters; the first says how strong it is.
+            /// Its parameters; the first is its strength.
             #[must_use]
             pub fn parameters(self) -> &'static [EffectParameter] {
                 match self { $(EffectKind::$ident => const { &[$(parameter($p, $unit, $bounds, $medium)),*] }),* }
             }
 
-            /// The value of the first parameter at which the effect does nothing, or hardly anything.
+            /// The value of the first parameter at which the effect vanishes, or almost.
             pub(super) fn weakest(self) -> f64 {
                 match self { $(EffectKind::$ident => $weakest),* }
             }
@@ -59,8 +59,8 @@ effects! {
     ActuationLag, "the acceleration follows the command with time constant ta", 0.0, [("ta", "s", [0.0, 2.5], 0.5)];
     AsymLag, "as actuation_lag, but ta for thrust and tb for braking", 0.0, [("ta", "s", [0.0, 4.0], 0.7), ("tb", "s", [0.0, 4.0], 0.3)];
     SensorLowpass, "spacing and speed difference pass a first-order filter", 0.0, [("tf", "s", [0.0, 2.5], 0.5)];
-    TimeOffset, "the preceding vehicle is seen as it was to ago, oneself as now", 0.0, [("to", "s", [-1.0, 1.0], 0.3)];
-    Grade, "this share of the grade force is not made up for", 0.0, [("gg", "-", [-0.3, 1.3], 0.4)];
+    TimeOffset, "the preceding vehicle is perceived with the delay to, the own state without", 0.0, [("to", "s", [-1.0, 1.0], 0.3)];
+    Grade, "this share of the grade force is not compensated", 0.0, [("gg", "-", [-0.3, 1.3], 0.4)];
     AeroDrag, "acceleration -cD v^2", 0.0, [("cD", "1/m", [-2e-3, 2e-3], 2.5e-4)];
     ConstDecel, "acceleration -c0 while moving", 0.0, [("c0", "m/s2", [-0.5, 0.5], 0.1)];
     GainMass, "the command is multiplied by 1 + m", 0.0, [("m", "-", [-0.5, 0.6], 0.25)];
@@ -73,7 +73,7 @@ effects! {
     SetSpeedChange, "the set speed is vlim from t1 on, for dur", 30.0, [("vlim", "m/s", [1.0, 60.0], 16.0), ("t1", "s", [0.0, 1e5], 250.0), ("dur", "s", [1.0, 1e5], 60.0)];
     MultiAnticipation, "also reacts to the speed of the car before the preceding one: + k2 (v_l2 - v_l)", 0.0, [("k2", "1/s", [-1.0, 1.5], 0.2)];
     LeaderAccelFf, "+ ka times the acceleration of the preceding vehicle, smoothed over 1.1 s", 0.0, [("ka", "-", [-0.6, 1.3], 0.3)];
-    DeadZone, "spacing errors below w are not seen, larger ones are w smaller", 0.0, [("w", "m", [0.0, 8.0], 1.5)];
+    DeadZone, "spacing errors below w are not perceived, larger ones are w smaller", 0.0, [("w", "m", [0.0, 8.0], 1.5)];
     IntegralAction, "+ ki times the integral of the spacing error, at most 0.6 m/s2", 0.0, [("ki", "1/s3", [-0.02, 0.06], 0.004)];
     RangeScale, "the spacing is seen 1 + cs times as large", 0.0, [("cs", "-", [-0.2, 0.2], 0.05)];
     RangeBias, "the spacing is seen b larger", 0.0, [("b", "m", [-5.0, 5.0], 0.5)];
@@ -98,13 +98,13 @@ struct Written {
     parameters: BTreeMap<String, f64>,
 }
 
-/// What is wrong with the description of an effect.
+/// Fault of the description of an effect.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum EffectError {
     /// No such effect.
-    #[error("no effect is called {found:?}; there are {}", names())]
+    #[error("unknown effect {found:?}; expected one of {}", names())]
     Unknown {
-        /// What was asked for.
+        /// The request.
         found: String,
     },
     /// No such parameter.
@@ -181,7 +181,7 @@ impl Effect {
         Ok(self)
     }
 
-    /// What kind it is.
+    /// Its kind.
     #[must_use]
     pub fn kind(&self) -> EffectKind {
         self.kind
@@ -193,7 +193,7 @@ impl Effect {
         &self.values[..self.kind.parameters().len()]
     }
 
-    /// The parameter that says when it begins, and when that is \[s\]; none for an effect that is always there.
+    /// The parameter of its begin, and the value \[s\]; none for a permanent effect.
     #[must_use]
     pub fn begins(&self) -> Option<(&'static str, f64)> {
         let parameters = self.kind.parameters().iter().zip(&self.values);
@@ -201,7 +201,7 @@ impl Effect {
         beginnings.next().map(|(parameter, value)| (parameter.name, *value))
     }
 
-    /// The same effect, weaker or stronger: at 0 the first parameter has the value that does nothing, at 1 the bound on the side
+    /// The same effect, weaker or stronger: at 0 the first parameter has its neutral value, at 1 the bound on the side
     /// of its present value. Of two that belong together (ta and tb, As and Ac), which have the same bounds, the larger is meant, and the
     /// other keeps its ratio to it.
     pub(super) fn at_strength(&self, strength: f64) -> Effect {
@@ -210,7 +210,7 @@ impl Effect {
         let EffectParameter { lower, upper, .. } = self.kind.parameters()[first];
         let weakest = self.kind.weakest();
         let strongest = if self.values[first] < weakest { lower } else { upper };
-        // Caps act in proportion to how far they cut into the range, which is logarithmic.
+        // Caps act in proportion to the part of the range that they cut off, which is logarithmic.
         let value = if weakest > 0.0 && strongest > 0.0 {
             weakest * (strongest / weakest).powf(strength)
         } else {
@@ -227,7 +227,7 @@ impl Effect {
     }
 }
 
-/// `NAME` or `NAME:parameter=value,parameter=value`; what is not given has its medium value.
+/// `NAME` or `NAME:parameter=value,parameter=value`; omitted values are of medium size.
 impl std::str::FromStr for Effect {
     type Err = EffectError;
 
@@ -302,7 +302,7 @@ mod tests {
     #[test]
     fn says_what_is_wrong() {
         let error = |text: &str| text.parse::<Effect>().expect_err("refused").to_string();
-        assert!(error("grad").starts_with("no effect is called \"grad\"; there are perception_delay, "));
+        assert!(error("grad").starts_with("unknown effect \"grad\"; expected one of perception_delay, "));
         assert_eq!(error("grade:g=1"), "grade has no parameter \"g\"; it has gg");
         assert_eq!(error("grade:gg=2"), "gg of grade: expected -0.3 to 1.3, found 2");
         assert_eq!(error("grade:gg=much"), "gg of grade: expected -0.3 to 1.3, found much");
@@ -320,7 +320,7 @@ mod tests {
         assert!((lag.values()[0] - 1.0).abs() < 1e-12 && (lag.values()[1] - 3.0 / 7.0).abs() < 1e-12);
     }
 
-    /// Such effects became infinite, no numbers, or larger than what can be read back.
+    /// Such effects became infinite, NaN, or larger than a file can hold.
     #[test]
     fn a_pair_ends_where_one_of_it_reaches_its_bound() {
         let at = |text: &str, strength: f64| text.parse::<Effect>().expect("good").at_strength(strength).values;

@@ -1,4 +1,4 @@
-//! What can be wrong with a scenario.
+//! Faults of a scenario.
 
 use super::effect::EffectKind;
 
@@ -8,16 +8,16 @@ pub enum PlantError {
     /// A quantity outside its range.
     #[error("{what}: expected {expected}, found {found}")]
     OutOfRange {
-        /// Which quantity, with the car where it belongs to one.
+        /// The quantity, with its car, if any.
         what: String,
         /// The range, with its unit.
         expected: String,
         /// The offending value.
         found: f64,
     },
-    /// Two cars met: the parameters do not make a safe platoon.
+    /// Two cars collide: the parameters do not make a safe platoon.
     #[error(
-        "car {car} runs into the car ahead after {t:.1} s (gap {gap:.3} m); give it shorter delays or a longer headway"
+        "car {car} collides with the car ahead after {t:.1} s (gap {gap:.3} m); give it shorter delays or a longer headway"
     )]
     Collision {
         /// Position in the platoon, 1 being the platoon leader.
@@ -28,7 +28,7 @@ pub enum PlantError {
         gap: f64,
     },
     /// An effect needs two cars ahead.
-    #[error("car {car} cannot look past the car ahead: there is nobody; choose a follower further back")]
+    #[error("car {car} cannot look past the car ahead, because there is no other; choose a follower further back")]
     NobodyAhead {
         /// Position in the platoon, 1 being the platoon leader.
         car: usize,
@@ -43,7 +43,7 @@ pub enum PlantError {
         effect: EffectKind,
         /// Position in the platoon.
         car: usize,
-        /// The parameter that says when.
+        /// The parameter of the time.
         parameter: &'static str,
         /// When it begins \[s\].
         begins_s: f64,
@@ -52,7 +52,7 @@ pub enum PlantError {
     },
     /// An effect that changes this drive too little.
     #[error(
-        "{effect} changes the speed of car {car} by {largest:.3} m/s at most on this drive, less than the {wanted} m/s wanted; try another drive, car or effect"
+        "{effect} changes the speed of car {car} by {largest:.3} m/s at most on this drive, less than the requested {wanted} m/s; try another drive, car or effect"
     )]
     Weak {
         /// The effect.

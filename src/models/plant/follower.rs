@@ -21,12 +21,12 @@ const INTEGRAL: usize = 5;
 const HALF_SMOOTHING: f64 = 0.55;
 /// Largest part of the command that is due to the integral \[m/s²\].
 const INTEGRAL_LIMIT: f64 = 0.6;
-/// How long a change of the headway takes \[s\].
+/// Duration of a change of the headway \[s\].
 const RAMP: f64 = 4.0;
 /// Gain on the set speed while it is lowered \[1/s\].
 const SET_SPEED_GAIN: f64 = 0.5;
 
-/// The car, those ahead, and what it remembers from one step to the next.
+/// The car, those ahead, and its memory from one step to the next.
 pub(super) struct Follower<'a> {
     car: &'a CarTruth,
     effects: Effects<'a>,
@@ -102,7 +102,7 @@ impl<'a> Follower<'a> {
         (Seen { gap, v, v_ahead: v + dv, v_now: state[V].max(0.0) }, rates)
     }
 
-    /// The controller with what changes its policy, and the spacing error \[m\].
+    /// The controller with changes of its policy, and the spacing error \[m\].
     fn decide(&self, t: f64, seen: Seen, integral: f64) -> (f64, f64) {
         let e = self.effects;
         let mut controller = self.car.controller.clone();
@@ -111,7 +111,7 @@ impl<'a> Follower<'a> {
         }
         let extra = e.size(EffectKind::SpeedDepHeadway) * seen.v * seen.v;
         let error = seen.gap - controller.equilibrium_gap(seen.v) - extra;
-        // What the error has less is given to the gap.
+        // The reduction of the error is added to the gap.
         let unseen = error.clamp(-e.size(EffectKind::DeadZone), e.size(EffectKind::DeadZone));
         let mut command = controller.command(Seen { gap: seen.gap - unseen, ..seen }, extra);
         let part = e.size(EffectKind::IntegralAction) * integral;
@@ -131,7 +131,7 @@ impl<'a> Follower<'a> {
         (command * (1.0 + e.size(EffectKind::GainMass)), error)
     }
 
-    /// Limits of the command but that of its rate.
+    /// Limits of the command except that of its rate.
     fn limit(&self, t: f64, v: f64, mut command: f64) -> f64 {
         let e = self.effects;
         if let Some([vlim, t1, dur]) = e.get(EffectKind::SetSpeedChange)

@@ -1,4 +1,4 @@
-//! What the cars did so far, looked up between the fine steps.
+//! The motion of the cars so far, looked up between the fine steps.
 
 /// Position, speed and acceleration of one car at one time.
 #[derive(Debug, Clone, Copy)]
@@ -23,7 +23,7 @@ impl History {
         History { h, motions: Vec::with_capacity(capacity) }
     }
 
-    /// The motion of a recorded speed, every `dt` \[s\]: a smooth curve through its values, from position 0; its last value goes on.
+    /// The motion of a recorded speed, every `dt` \[s\]: a smooth curve through its values, from position 0; its last value continues.
     pub(super) fn recorded(dt: f64, v: &[f64], h: f64, steps: usize) -> History {
         let value = |i: isize| v[i.clamp(0, v.len() as isize - 1) as usize];
         let slope = |i: isize| (value(i + 1) - value(i - 1)) / (2.0 * dt);
@@ -54,7 +54,7 @@ impl History {
     }
 
     /// Position and speed at a time up to the last step, by cubic Hermite polynomials (error of fourth order, like
-    /// the integration); before time 0 every car stands where it starts.
+    /// the integration); before time 0 every car stands at its start.
     pub(super) fn at(&self, t: f64) -> (f64, f64) {
         let last = self.motions.len() - 1;
         let place = (t / self.h).clamp(0.0, last as f64);

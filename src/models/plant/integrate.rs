@@ -3,13 +3,13 @@
 use super::error::PlantError;
 use super::history::{History, Motion};
 
-/// Places of position \[m\] and speed \[m/s\] in the state of every car; what follows is its own affair.
+/// Places of position \[m\] and speed \[m/s\] in the state of every car; the rest is its own.
 pub(super) const X: usize = 0;
 pub(super) const V: usize = 1;
 
 /// A car with N state variables.
 pub(super) trait Car<const N: usize> {
-    /// Before a step from time t \[s\]: refuses to go on, or remembers what stays as it is during the step.
+    /// Before a step from time t \[s\]: refuses to continue, or stores values that stay constant during the step.
     fn begin(&mut self, t: f64, state: &[f64; N], own: &History) -> Result<(), PlantError>;
 
     /// Derivatives at a time within the step.

@@ -26,7 +26,7 @@ impl Default for Noise {
     }
 }
 
-/// What a stream is for; a stream's numbers do not change when another purpose draws more.
+/// Purpose of a stream; a stream's numbers do not change when another purpose draws more.
 #[derive(Debug, Clone, Copy)]
 pub(super) enum Purpose {
     Road,

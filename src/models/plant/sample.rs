@@ -25,7 +25,7 @@ pub struct Synthetic {
     pub sin_grade: Vec<Vec<f64>>,
     /// Road grade over one lap.
     pub grade: GradeProfile,
-    /// What lies behind it.
+    /// The drive without measurement errors.
     pub truth: Truth,
 }
 
@@ -76,7 +76,7 @@ pub fn run(scenario: &Scenario) -> Result<Synthetic, PlantError> {
     })
 }
 
-/// What a follower sees, driven once, for whoever tries many cars behind it.
+/// Perception of a follower, driven once, to try many cars behind it.
 pub(super) struct Ahead {
     hills: Hills,
     cars: Vec<History>,
@@ -94,7 +94,7 @@ impl Ahead {
         Ok(Ahead { hills, cars, follower })
     }
 
-    /// True speed of the follower, sample by sample, by what a scenario says of it \[m/s\].
+    /// True speed of the follower, sample by sample, in a scenario \[m/s\].
     pub(super) fn speed_behind(&self, scenario: &Scenario) -> Result<Vec<f64>, PlantError> {
         scenario.check()?;
         let (h, per_sample) = scenario.step();
@@ -104,7 +104,7 @@ impl Ahead {
     }
 }
 
-/// The road, and what the platoon leader sets.
+/// The road, and the motion of the platoon leader.
 fn given(scenario: &Scenario) -> (Hills, SetSpeed) {
     let seed = scenario.seed;
     let hills = Hills::new(&scenario.road, &mut Stream::new(scenario.road_seed.unwrap_or(seed), Purpose::Road));

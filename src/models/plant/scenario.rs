@@ -1,4 +1,4 @@
-//! What is driven, and what is afterwards known to be true.
+//! The scenario to drive, and its truth.
 
 use serde::{Deserialize, Serialize};
 
@@ -34,7 +34,7 @@ pub struct Scenario {
     pub dt: f64,
     /// The road.
     pub road: Road,
-    /// Decides the road instead of `seed`: drives that have it in common go over the same hills.
+    /// Decides the road instead of `seed`: drives with the same one use the same hills.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub road_seed: Option<u64>,
     /// Noise of the sensors.
@@ -82,13 +82,13 @@ pub enum Profile {
         /// Time step of the record \[s\].
         #[serde(rename = "dt_s")]
         dt: f64,
-        /// Speeds \[m/s\]; the last one goes on.
+        /// Speeds \[m/s\]; the last one continues.
         #[serde(rename = "speed_mps")]
         v: Vec<f64>,
     },
 }
 
-/// All that decided a synthetic drive: what a calibration should find.
+/// The truth of a synthetic drive, which a calibration should find.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
     /// Parameters of the cars, noise, road.
@@ -98,9 +98,9 @@ pub struct Truth {
 }
 
 impl Scenario {
-    /// What [`duration_s`](Self::duration_s) may be: bounds the memory of the history (24 bytes per step and car).
+    /// Range of [`duration_s`](Self::duration_s): bounds the memory of the history (24 bytes per step and car).
     pub const DURATION_S: [f64; 2] = [1.0, 1e5];
-    /// What the standard deviation of the noise of speeds \[m/s\] and of gaps \[m\] may be.
+    /// Range of the standard deviation of the noise of speeds \[m/s\] and of gaps \[m\].
     pub const NOISE: [f64; 2] = [0.0, 10.0];
 
     /// Step of the integration \[s\] and number of steps per sample.
@@ -109,7 +109,7 @@ impl Scenario {
         (1.0 / (f64::from(self.rate_hz) * per_sample), per_sample as usize)
     }
 
-    /// Refuses what cannot be driven; whether the controllers are safe shows on the road.
+    /// Refuses impossible scenarios; only the simulation shows whether the controllers are safe.
     pub(super) fn check(&self) -> Result<(), PlantError> {
         let [shortest, longest] = Scenario::DURATION_S;
         in_range("duration", self.duration_s, shortest, longest, "s")?;

@@ -1,4 +1,4 @@
-//! The built-in causes once more, by hand in f64: what shaders/extension/ is compared with.
+//! The built-in causes once more, by hand in f64, to compare with shaders/extension/.
 //!
 //! One function per stage; each names its causes in the order in which they act. A law has a file of its own.
 
@@ -16,7 +16,7 @@ const GRAVITY: f64 = 9.81;
 const RAMP: f64 = 4.0;
 /// Largest part of the command that is due to the integral \[m/s²\].
 const INTEGRAL_LIMIT: f64 = 0.6;
-/// By how much a command falls with the own speed \[1/s\], halved.
+/// Decrease of a command with the own speed \[1/s\], halved.
 const FALL: f64 = 0.8;
 /// Gain on the set speed while it is lowered \[1/s\].
 const SET_SPEED_GAIN: f64 = 0.5;
@@ -55,14 +55,14 @@ pub fn knows(variant: &Variant) -> bool {
     untranscribed(variant).is_none()
 }
 
-/// The first law or extension of the variant that is none of those transcribed here.
+/// The first law or extension of the variant that is not transcribed here.
 pub fn untranscribed(variant: &Variant) -> Option<&'static Extension> {
     let known =
         |e: &Extension| if e.is_law() { law::named(&e.name).is_some() } else { KNOWN.contains(&e.name.as_str()) };
     variant.extensions.list().iter().copied().find(|e| !known(e))
 }
 
-/// What an extension may know at a step.
+/// World of an extension at a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Now {
     /// Index of the sample from which the step starts.
@@ -85,7 +85,7 @@ struct One {
 struct OwnLaw {
     law: &'static Law,
     own: Vec<f64>,
-    /// How far back it looks \[s\].
+    /// Its look-back time \[s\].
     look_back: f64,
     memory: law::Memory,
 }
@@ -199,7 +199,7 @@ impl<'a> Extended<'a> {
         v_f
     }
 
-    /// The acceleration that the law commands, if there is one; else what was given.
+    /// The acceleration that the law commands, if there is one; otherwise the given one.
     pub fn law(&mut self, q: &Parameters, x: Perceived, given: f64, now: Now) -> f64 {
         let case = self.case;
         let Some(OwnLaw { law, own, look_back, memory }) = &mut self.law else { return given };
@@ -275,8 +275,8 @@ impl<'a> Extended<'a> {
     }
 }
 
-/// What a first-order lag makes of `input` over a step on the whole; `state` is what comes out at its beginning, and then at its end:
-/// (state' - state) / dt = (input - (state + state') / 2) / time constant, so that a steady rise comes through late by the time constant.
+/// Mean output of a first-order lag with `input` over a step; `state` is the output at its beginning, and then at its end:
+/// (state' - state) / dt = (input - (state + state') / 2) / time constant, so that a steady rise comes out late by the time constant.
 fn lagged(state: &mut f64, input: f64, time_constant: f64, dt: f64) -> f64 {
     let before = *state;
     *state = ((time_constant - 0.5 * dt) * before + dt * input) / (time_constant + 0.5 * dt);
@@ -291,7 +291,7 @@ fn within(since: f64, length: f64, dt: f64) -> f64 {
 }
 
 /// The answer y to a command that falls by `slope` (y - `before`) because of it: what remains of the command, rounded to a multiple of
-/// `step`. Where no multiple is right, because either one would move the command to the other side, y leaves it between the two.
+/// `step`. If no multiple is right, because either one would move the command to the other side, y leaves it between the two.
 fn steps(command: f64, before: f64, step: f64, slope: f64) -> f64 {
     let x = (command + slope * before) / step + 0.5;
     let whole = (x / (1.0 + slope)).floor();
@@ -338,7 +338,7 @@ fn equilibrium(variant: &Variant, p: &Parameters, v: f64) -> f64 {
     match variant.base.controller {
         Controller::Idm => (p.d_0 + p.t_h * v) / (1.0 - (v.max(0.0) / p.v_0).powf(p.delta)).max(0.01).sqrt(),
         Controller::Gipps => p.d_0 + (p.t_h + p.theta) * v + v * v * (1.0 / p.a_hat_min - 1.0 / p.a_min) / 2.0,
-        // What the spacing policy asks for.
+        // Spacing that the policy asks for.
         _ => spacing::pick(variant.base.spacing)(p, &Perceived { s: 0.0, v_f: v, v_l: v }),
     }
 }

@@ -41,8 +41,8 @@ pub fn simulate(case: &Case, p: &Parameters, trace: &mut Trace) -> Run {
     disturbed(case, p, &[], trace)
 }
 
-/// The same with an acceleration \[m/s²\] on top of what the model does in the step to each sample, which is no part of its own
-/// acceleration; nothing where the list has ended.
+/// The same with an acceleration \[m/s²\] added to the model in the step to each sample, which is not part of its own
+/// acceleration; nothing after the end of the list.
 pub fn disturbed(case: &Case, p: &Parameters, disturbance: &[f64], trace: &mut Trace) -> Run {
     let variant = &case.variant;
     let desired_spacing = spacing::pick(variant.base.spacing);
@@ -58,7 +58,7 @@ pub fn disturbed(case: &Case, p: &Parameters, disturbance: &[f64], trace: &mut T
     let mut run = Run { first, failure: None, delay_steps, n_cut_acc: 0, n_cut_dec: 0 };
     start(case, p, first, trace);
     if variant.parameters().iter().any(|symbol| !p.get(*symbol).is_finite()) {
-        // Here and not where it spreads: a minimum with NaN would hide it.
+        // Here and not at its spread: a minimum with NaN would hide it.
         run.failure = Some(Failure { kind: FailureKind::NotFinite, step: first });
         return run;
     }

@@ -1,4 +1,4 @@
-//! What the parts see.
+//! Inputs of the parts.
 
 /// Perceived signals, delayed by τ_p.
 #[derive(Debug, Clone, Copy)]

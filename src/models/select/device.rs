@@ -7,10 +7,10 @@ use crate::wgsl::Precision;
 
 pub use crate::gpu::is_switched_off;
 
-/// What the choice among evaluators asks of a device.
+/// Properties of a device that decide the choice of the evaluator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Device {
-    /// Its name, as the driver tells it.
+    /// Its name by the driver.
     pub name: String,
     /// False for software.
     pub is_hardware: bool,
@@ -21,7 +21,7 @@ pub struct Device {
 /// The device of a choice.
 ///
 /// # Errors
-/// [`EvaluateError::Adapter`] or [`EvaluateError::AddressSpace`] where there is none.
+/// [`EvaluateError::Adapter`] or [`EvaluateError::AddressSpace`] if there is none.
 pub fn find(choice: &AdapterChoice) -> Result<Device, EvaluateError> {
     let adapter = Adapter::choose(choice)?;
     let (is_hardware, is_discrete) = (adapter.is_hardware(), adapter.is_discrete());

@@ -1,4 +1,4 @@
-//! Which evaluator does the work: the one asked for, or under `auto` the one that suits it.
+//! Choice of the evaluator: the requested one, or under `auto` the suitable one.
 
 #[cfg_attr(not(feature = "gpu"), path = "no_device.rs")]
 pub mod device;
@@ -21,7 +21,7 @@ pub enum Kind {
     Reference,
     /// The WGSL text on a GPU, lavapipe included; never the CPU evaluator instead.
     Gpu,
-    /// A hardware GPU where there is one and the work is large enough for it, else `lanes`.
+    /// A hardware GPU if there is one and the work is large enough for it, otherwise `lanes`.
     #[default]
     Auto,
 }
@@ -45,35 +45,35 @@ pub struct Selection {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 pub enum SelectionError {
     /// The reference has one precision.
-    #[error("--precision goes with --evaluator lanes or gpu; the reference computes in f64")]
+    #[error("--precision needs --evaluator lanes or gpu; the reference computes in f64")]
     Reference,
-    /// Most GPUs have no f64, and none is asked for it.
-    #[error("--precision f64 goes with --evaluator lanes; on a GPU there are plain and compensated f32")]
+    /// Most GPUs have no f64, and none is required to.
+    #[error("--precision f64 needs --evaluator lanes; on a GPU there are plain and compensated f32")]
     GpuF64,
     /// Only a GPU evaluator runs on an adapter.
-    #[error("--gpu goes with --evaluator gpu or auto")]
+    #[error("--gpu needs --evaluator gpu or auto")]
     Adapter,
 }
 
-/// What the work is like, for `auto`.
+/// Kind and size of the work, for `auto`.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Work {
     /// Candidates that are simulated at a time, over all cases.
     pub candidates: usize,
-    /// The precision that suits it when none was asked for.
+    /// The default precision.
     pub precision: LanesPrecision,
 }
 
 /// Candidates from which on a discrete GPU is taken. A generation takes it some 2 to 4 ms however small it is, because its steps follow one
 /// another. On an NVIDIA H200 beside 16 threads, IDM over 9,227 samples, the two are equal at some 500 candidates, and with 4,096 the GPU is
-/// three times as fast (`leadlag bench`, docs/PERFORMANCE.md). Not by the number of threads, on which no result is to depend.
+/// three times as fast (`leadlag bench`, docs/PERFORMANCE.md). Independent of the number of threads, on which no result may depend.
 const FOR_A_DISCRETE_GPU: usize = 2_000;
 
 /// The same for any other: one that shares memory and power with the CPU, or a part of one. An estimate: none has been measured.
 const FOR_ANOTHER_GPU: usize = 10_000;
 
 impl Selection {
-    /// Checks that evaluator, precision and device go together.
+    /// Checks that evaluator, precision and device fit together.
     ///
     /// # Errors
     /// [`SelectionError`].
@@ -86,11 +86,11 @@ impl Selection {
         }
     }
 
-    /// Makes the evaluator. Under `auto`, a device that fails later is replaced by `lanes`; `warn` is told why, then or now, and where
-    /// an adapter that was asked for by name is not used.
+    /// Makes the evaluator. Under `auto`, `lanes` replaces a device that fails later; `warn` receives the reason, then or now, and also if
+    /// an adapter that was requested by name is not used.
     ///
     /// # Errors
-    /// When the evaluator cannot be made, or there is no adapter of the name that was given, whoever would do the work.
+    /// When the evaluator cannot be made, or there is no adapter of the requested name.
     pub fn build(
         &self,
         cases: Vec<Case>,
@@ -122,12 +122,12 @@ impl Selection {
                     Ok(gpu) => Ok(Box::new(Fallback::new(
                         Box::new(Halves::new(gpu)),
                         Box::new(move |error, cases| {
-                            warn(&format!("{error}; going on with the CPU evaluator"));
+                            warn(&format!("{error}; continuing with the CPU evaluator"));
                             lanes(cases)
                         }),
                     ))),
                     Err(error) => {
-                        warn(&format!("{error}; taking the CPU evaluator"));
+                        warn(&format!("{error}; using the CPU evaluator"));
                         lanes(cases)
                     }
                 }
@@ -135,7 +135,7 @@ impl Selection {
         }
     }
 
-    /// The adapter that was asked for by name.
+    /// The adapter requested by name.
     fn named(&self) -> Result<Option<Device>, EvaluateError> {
         let is_named = self.adapter != AdapterChoice::Best;
         is_named.then(|| device::find(&self.adapter)).transpose()
@@ -145,7 +145,7 @@ impl Selection {
     fn against_a_gpu(&self, precision: LanesPrecision, work: Work) -> Option<&'static str> {
         const SMALL: Option<&str> = Some("the work is too small for a GPU to be faster");
         if precision == LanesPrecision::F64 {
-            return Some("this is computed in f64, for which the CPU is taken");
+            return Some("this is computed in f64, on the CPU");
         }
         // Before any driver is asked, which takes time.
         if work.candidates < FOR_A_DISCRETE_GPU {
@@ -157,7 +157,7 @@ impl Selection {
         match device::find(&self.adapter) {
             Ok(device) if device.is_discrete => None,
             Ok(device) if device.is_hardware => SMALL.filter(|_| work.candidates < FOR_ANOTHER_GPU),
-            _ => Some("it is not hardware, and the CPU is faster by itself"),
+            _ => Some("it is not hardware, and the CPU alone is faster"),
         }
     }
 }

@@ -1,4 +1,4 @@
-//! Stands in for the devices where the library is built without the feature `gpu`: there is none.
+//! Replaces the devices if the library is built without the feature `gpu`: there is none.
 
 use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator};
 use crate::score::GoodnessOfFit;

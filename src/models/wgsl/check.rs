@@ -1,4 +1,4 @@
-//! Parsing and validation by naga, with errors that point into the file the user wrote.
+//! Parsing and validation by naga, with errors that point into the user's file.
 
 use super::compose::Source;
 use super::limits;
@@ -10,7 +10,7 @@ use naga::{Module, WithSpan};
 pub struct Checked {
     /// naga's intermediate representation.
     pub module: Module,
-    /// What validation found out about it.
+    /// Result of its validation.
     pub info: ModuleInfo,
 }
 
@@ -24,7 +24,7 @@ pub struct ShaderError {
     pub line: usize,
     /// Column, from 1.
     pub column: usize,
-    /// What is wrong, causes included.
+    /// The fault, causes included.
     pub message: String,
     /// The line as written.
     pub code: String,
@@ -33,18 +33,18 @@ pub struct ShaderError {
 /// Parses and validates.
 ///
 /// # Errors
-/// [`ShaderError`] at the first problem, in the file it is in.
+/// [`ShaderError`] at the first problem, in its file.
 pub fn check(source: &Source) -> Result<Checked, ShaderError> {
     let text = source.text();
     let mut options = naga::front::wgsl::Options::new();
     options.parse_doc_comments = true;
     let module = naga::front::wgsl::Frontend::new_with_options(options).parse(text).map_err(|e| {
         let place = e.location(text).map(|l| (l.line_number as usize, l.line_position as usize));
-        // naga's labels say what was found where; its message alone often says only what was expected.
+        // naga's labels give its finding and the place; its message alone often gives only the expectation.
         let empty = ["", "see msg", "unknown identifier", "invalid accessor"];
         let says_more = |label: &&str| !empty.contains(label) && !e.message().contains(*label);
         let labels: Vec<&str> = e.labels().map(|(_, label)| label).filter(says_more).collect();
-        // Without a place, its notes are all that it says.
+        // Without a place, its notes are all that it gives.
         let notes: Vec<&str> = e.notes().filter(|_| place.is_none()).collect();
         let message = match (labels.as_slice(), notes.as_slice()) {
             ([], []) => e.message().to_owned(),
@@ -58,7 +58,7 @@ pub fn check(source: &Source) -> Result<Checked, ShaderError> {
     })?;
     let info =
         Validator::new(ValidationFlags::all(), Capabilities::empty()).validate(&module).map_err(|e: WithSpan<_>| {
-            // The function and, where it is known, the expression in it: the shortest span is the closest to the mistake.
+            // The function and, if known, the expression in it: the shortest span is the closest to the mistake.
             let spans = e.spans().filter_map(|(span, _)| span.to_range().map(|range| (range.len(), span)));
             let place = spans.min_by_key(|(length, _)| *length).map(|(_, span)| {
                 let location = span.location(text);
@@ -87,21 +87,21 @@ impl Source {
 }
 
 fn at(source: &Source, place: Option<(usize, usize)>, message: String) -> ShaderError {
-    // What was pushed last is what is checked; the texts before it are the program's own.
+    // The text pushed last is checked; those before it are the program's own.
     let (line_of_text, column) = place.unwrap_or((source.last_start(), 1));
     let (file, line, column) = source.written(line_of_text, column);
     let message = source.in_words(message);
     ShaderError { file: file.to_owned(), line, column, message, code: source.shown(line_of_text) }
 }
 
-/// What to say where numbers are of a type that not every device has, and where they are: naga knows types, but not where they are named.
+/// Message about numbers of a type that some devices lack, and their place: naga knows types, but not their names' places.
 fn other_precision(source: &Source, message: &str) -> Option<((usize, usize), String)> {
     let named = message.split_once("Using `").and_then(|(_, rest)| rest.split_once("` values requires"));
     let (start, own) = source.last_text();
     let found = match named {
         Some((found, _)) => found,
         None if message.contains("`f16` enable extension") => "f16",
-        // Of a conversion it does not say to what.
+        // It does not name the target of a conversion.
         None if message.contains("Unable to cast") => {
             let others = ["f64", "f16", "i64", "u64"];
             limits::tokens(own).map(|(_, token)| token).find(|token| others.contains(token))?
@@ -126,14 +126,14 @@ fn other_precision(source: &Source, message: &str) -> Option<((usize, usize), St
     ))
 }
 
-/// What to say where a part reads something that is not there: what is.
+/// The available members, for a part that reads a missing one.
 fn no_such_parameter(source: &Source, place: Option<(usize, usize)>, message: &str) -> Option<String> {
     let (text, own) = (source.text(), source.last_prefix());
     let field = message.strip_prefix("invalid field accessor `")?.split('`').next()?;
     let (line, column) = place?;
     let before = text.lines().nth(line - 1)?.get(..column - 1)?;
     let object = before.strip_suffix('.')?.rsplit(|c: char| !c.is_alphanumeric() && c != '_').next()?;
-    // What parts and extensions call their arguments.
+    // Argument names of parts and extensions.
     let (prefix, kind, whose) = match object {
         "p" | "q" => ("", "Params", "this variant has"),
         "own" => (own, "Parameters", "it has"),

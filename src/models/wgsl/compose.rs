@@ -30,7 +30,7 @@ texts!(Constraint, "constraint");
 /// Path and text of a built-in file.
 ///
 /// # Panics
-/// If there is no such file.
+/// For a missing file.
 pub(crate) fn shader(path: &str) -> (&'static str, &'static str) {
     leadlag_shaders::file(path).unwrap_or_else(|| panic!("no file {path}"))
 }
@@ -42,11 +42,11 @@ pub enum Precision {
     /// One f32 per state; the default inside an optimiser.
     #[default]
     Plain,
-    /// Two f32 for spacing, speed and every sum: rounding errors are carried on instead of adding up.
+    /// Two f32 for spacing, speed and every sum: rounding errors are kept instead of adding up.
     Compensated,
 }
 
-/// What a text is composed for.
+/// Purpose of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub struct Recipe {
     /// The variant: one part of each folder.
@@ -80,7 +80,7 @@ struct Chunk {
     name: String,
     /// The line of the text it begins at, from 1.
     first: usize,
-    /// What was done to the names of an extension.
+    /// Prefixes of the names of an extension.
     own: Option<Prefixed>,
 }
 
@@ -145,7 +145,7 @@ impl Source {
         source
     }
 
-    /// What an extension is checked against before it is part of a model: a `Params` with every symbol of the table.
+    /// Text against which an extension is checked before it is part of a model: a `Params` with every symbol of the table.
     pub(super) fn around_an_extension() -> Source {
         let mut source = Source { text: String::new(), chunks: Vec::new() };
         source.push("generated: Params", &params(Symbol::ALL, false));
@@ -163,7 +163,7 @@ impl Source {
         source
     }
 
-    /// A text of one's own, in one chunk.
+    /// A user's text, in one chunk.
     #[must_use]
     pub fn single(name: &str, text: &str) -> Source {
         let mut source = Source { text: String::new(), chunks: Vec::new() };
@@ -179,9 +179,9 @@ impl Source {
         self.text.push('\n');
     }
 
-    /// Appends an extension; what it declares is its own and hides nothing of the rest.
+    /// Appends an extension; its declarations are its own and hide nothing of the rest.
     pub(super) fn push_extension(&mut self, extension: &str, file: &str, text: &str) {
-        // Comments of the whole file may stand at the top of a text only.
+        // Comments of the whole file may be at the top of a text only.
         let (text, own) = Prefixed::of(extension, &text.replace("//!", "// "));
         self.push(file, &text);
         self.chunks.last_mut().expect("just pushed").own = Some(own);
@@ -197,19 +197,19 @@ impl Source {
         self.chunks.last().map_or(1, |chunk| chunk.first)
     }
 
-    /// What the names of the extension that was pushed last begin with.
+    /// Prefix of the names of the extension that was pushed last.
     pub(super) fn last_prefix(&self) -> &str {
         self.chunks.last().and_then(|chunk| chunk.own.as_ref()).map_or("", |own| &own.prefix)
     }
 
-    /// The text of the chunk pushed last, and where it begins.
+    /// The text of the chunk pushed last, and its begin.
     pub(super) fn last_text(&self) -> (usize, &str) {
         let start = self.text.lines().take(self.last_start() - 1).map(|line| line.len() + 1).sum();
         (start, &self.text[start..])
     }
 
     /// Where a member of a struct of the last chunk is declared, and the `///` lines above it. (naga counts comments, not members, and gives
-    /// a member without one that of the next.)
+    /// a member without one those of the next.)
     pub(super) fn member(&self, of: &str, member: &str) -> Option<(naga::Span, String)> {
         let (start, text) = self.last_text();
         let mut tokens = tokens(text);
@@ -223,7 +223,7 @@ impl Source {
         })?;
         let mut comment: Vec<&str> = Vec::new();
         let above = text[before..at].rsplit_once('\n').map_or("", |(above, _)| above);
-        // What stands behind another member in its line is no comment of this one.
+        // A comment after another member on its line does not belong to this one.
         for line in above.split('\n').skip(1) {
             match line.trim_start().strip_prefix("///") {
                 Some(words) => comment.push(words.trim()),
@@ -240,7 +240,7 @@ impl Source {
         &self.text
     }
 
-    /// A line of the whole text as messages show it: cut where it would fill the screen.
+    /// A line of the whole text for messages, cut before it would fill the screen.
     pub(crate) fn shown(&self, line: usize) -> String {
         const LONGEST: usize = 160;
         let found = self.text.lines().nth(line - 1).unwrap_or_default();

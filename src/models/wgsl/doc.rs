@@ -6,7 +6,7 @@ use crate::text::spelling::any_of;
 use std::str::FromStr;
 use strum::VariantNames;
 
-/// What a parameter's comment says.
+/// Content of a parameter's comment.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct About {
     pub(super) meaning: String,
@@ -17,8 +17,8 @@ pub(super) struct About {
     pub(super) is_length: bool,
 }
 
-/// Reads `MEANING [UNIT], LOWER to UPPER`, and, if it does nothing at some value, `, neutral VALUE`, or, if it says how long an event
-/// lasts, `, length of time`.
+/// Reads `MEANING [UNIT], LOWER to UPPER`, and, for a neutral value, `, neutral VALUE`, or, for the duration of an event,
+/// `, length of time`.
 pub(super) fn parameter(comment: &str) -> Result<About, String> {
     let expected = || {
         format!(
@@ -62,7 +62,7 @@ pub(super) fn initial(comment: &str) -> Result<Initial, String> {
         Some("v_l") => Ok(Initial::Measured(Signal::Vl)),
         Some("a_f") => Ok(Initial::Measured(Signal::Af)),
         Some(number) => number.parse().ok().filter(|x: &f32| x.is_finite()).map(Initial::Value).ok_or_else(|| {
-            format!("expected `starts at` a number, or what is measured: s, v_f, v_l or a_f; found `{number}`")
+            format!("expected `starts at` a number or a measured signal: s, v_f, v_l or a_f; found `{number}`")
         }),
         None => Err(format!(
             "expected a doc comment that ends in `starts at 0`, or at another number, s, v_f, v_l or a_f; found {}",
@@ -103,9 +103,9 @@ const KEYS: [&str; 13] = [
 /// The key of the lines for the time loop.
 const LOOP: &str = "loop";
 
-/// That a key says two things.
+/// A key has two different values.
 fn twice(key: &str) -> String {
-    format!("`//! {key}`: expected once, found more than once; leave out what is not meant")
+    format!("`//! {key}`: expected once, found more than once; remove the others")
 }
 
 /// The word of a line that knows some only.
@@ -118,16 +118,16 @@ impl Head {
     /// a cause too if it is not marked `tool`.
     ///
     /// # Errors
-    /// A message at a word that its line does not know.
+    /// A message at an unknown word of a line.
     pub(super) fn of(text: &str) -> Result<Head, String> {
         let mut head = Head::default();
         let mut cause = Cause::default();
         let mut tool = false;
-        // The last key, for lines that go on.
+        // The last key, for continued lines.
         let mut entries: Vec<(String, String)> = vec![(String::new(), String::new())];
         for line in text.lines().filter_map(|line| line.strip_prefix("//!")) {
             match line.split_once(':').filter(|(key, _)| KEYS.contains(&key.trim())) {
-                // The two lines for the loop say different things.
+                // The two lines for the loop contradict each other.
                 Some((key, _)) if key.trim() != LOOP && entries.iter().any(|(known, _)| known == key.trim()) => {
                     return Err(twice(key.trim()));
                 }

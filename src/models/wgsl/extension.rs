@@ -22,7 +22,7 @@ macro_rules! names {
 
 const LAWS: &[&str] = law_files!(names);
 
-/// The order of a step: what is known, the policy, what is seen, what is wanted, what is done.
+/// The order of a step: world, policy, perception, command, response.
 const EXTENSIONS: &[&str] = names! {
     speed_dep_headway,
     headway_mode_change,
@@ -90,7 +90,7 @@ impl FromStr for Variant {
 
     /// An id or a name; the base model may be a built-in law.
     fn from_str(text: &str) -> Result<Variant, UnknownVariant> {
-        // Laws are read when one is asked for.
+        // Laws are read at their first use.
         Variant::named(text, &[]).or_else(|_| Variant::named(text, laws()))
     }
 }
@@ -102,10 +102,10 @@ pub fn extension_named(name: &str) -> Option<&'static Extension> {
     named(library()).or_else(|| named(laws()))
 }
 
-/// Reads an extension or a law of one's own; `file` is what messages call it, its name without folder and `.wgsl` is the extension's.
+/// Reads a user's extension or law; `file` is what messages call it, its name without folder and `.wgsl` is the extension's.
 ///
 /// # Errors
-/// [`ShaderError`] at the first thing that an extension may not have.
+/// [`ShaderError`] at the first forbidden construct.
 pub fn read_extension(file: &str, text: &str) -> Result<&'static Extension, ShaderError> {
     let name = std::path::Path::new(file).file_stem().and_then(std::ffi::OsStr::to_str).unwrap_or_default();
     let plain =
@@ -141,7 +141,7 @@ fn kept(name: &str, file: &str, text: &str, rank: usize) -> Result<&'static Exte
     Ok(extension)
 }
 
-/// What the function is called that gives the spacing at constant speed, after the law's name and `_`.
+/// Name of the function that gives the spacing at constant speed, after the law's name and `_`.
 pub(super) const EQUILIBRIUM: &str = "equilibrium";
 
 /// A text that is read.
@@ -170,9 +170,7 @@ impl<'a> Reader<'a> {
             Some(wanted) => {
                 match parameters.iter().position(|p| matches!(p, Declared::Own(row) if row.name == *wanted)) {
                     Some(k) => Ok(Some(k)),
-                    None => {
-                        Err(reader.plain(format!("`loop:` names {wanted}, which is no parameter of this file's own")))
-                    }
+                    None => Err(reader.plain(format!("`loop:` names {wanted}, which is not a parameter of this file"))),
                 }
             }
         };
@@ -182,7 +180,7 @@ impl<'a> Reader<'a> {
             if delay.lower < 0.0 {
                 let ExtensionParameter { name, lower, upper, .. } = delay;
                 return Err(reader.plain(format!(
-                    "`loop: delay by {name}`: expected bounds of at least 0, found {lower} to {upper}; nobody perceives what is to come"
+                    "`loop: delay by {name}`: expected bounds of at least 0, found {lower} to {upper}; a delay cannot be negative"
                 )));
             }
         }
@@ -221,7 +219,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// That no function is a stage; at one that may have been meant to be.
+    /// Error if no function is a stage; at one that is probably meant to be.
     fn no_stage(&self) -> ShaderError {
         let stages = lint::stages_of(self.name);
         let message = format!("expected at least one of the functions {}, found none", stages.join(", "));
@@ -238,12 +236,12 @@ impl<'a> Reader<'a> {
         ShaderError { file, line: 1, column: 1, message: message.into(), code: String::new() }
     }
 
-    /// The name as written of something of its own.
+    /// The written name of an own declaration.
     fn own_name<'n>(&self, name: Option<&'n str>) -> Option<&'n str> {
         name?.strip_prefix(self.source.last_prefix())
     }
 
-    /// The function whose name ends like this, after the extension's and `_`, and where it is.
+    /// The function whose name ends like this, after the extension's and `_`, and its place.
     fn function(&self, ending: &str) -> Option<(&Function, Span)> {
         let wanted = format!("{}_{ending}", self.name);
         let functions = &self.checked.module.functions;
@@ -260,7 +258,7 @@ impl<'a> Reader<'a> {
         Err(self.source.error_at(span, message))
     }
 
-    /// Nothing in it may run for ever, or touch what is not its own.
+    /// It must end, and must not touch anything outside.
     fn refuse_what_cannot_run(&self) -> Result<(), ShaderError> {
         let module = &self.checked.module;
         let foreign = |name: Option<&str>| self.own_name(name).is_some();
@@ -343,7 +341,7 @@ impl<'a> Reader<'a> {
         Ok(found)
     }
 
-    /// True if the law says at which spacing a constant speed is kept.
+    /// True if the law gives the spacing of a constant speed.
     fn equilibrium(&self) -> Result<bool, ShaderError> {
         let module = &self.checked.module;
         let wanted = format!("{}_{EQUILIBRIUM}", self.name);
@@ -451,7 +449,7 @@ impl<'a> Reader<'a> {
             stages.push(StageFunction { stage, arguments, with_state });
         }
         if has_state && stages.iter().all(|s| s.with_state.is_none()) {
-            return Err(self.plain("`State` is declared, but no stage returns a new one, so that it never changes"));
+            return Err(self.plain("`State` is declared, but no stage returns a new one, so it never changes"));
         }
         Ok(stages)
     }

@@ -1,5 +1,5 @@
-//! How long and how nested an extension may be. The parser, and the compilers after it, call themselves for every level and every
-//! operator of an expression, and put each call in where it stands: a short text can fill the stack, or the memory.
+//! Limits on length and nesting of an extension. The parser, and the compilers after it, recurse for every level and every
+//! operator of an expression, and inline each call: a short text can fill the stack, or the memory.
 
 use super::check::{Checked, ShaderError};
 use super::compose::Source;
@@ -8,8 +8,8 @@ use std::collections::HashMap;
 
 /// Length of a text \[bytes\].
 const BYTES: usize = 64 * 1024;
-/// Brackets, `<` and branches of `else` inside one another, and calls with the blocks that they stand in. The parser gives up at 127
-/// blocks and at 198 brackets, of which it says neither where nor why.
+/// Depth of brackets, `<` and branches of `else`, and of calls with the blocks around them. The parser gives up at 127
+/// blocks and at 198 brackets, without a place or a reason.
 const DEPTH: usize = 100;
 /// Operators in a statement, members and elements among them. With 2000 the parser overflows a stack of 1 MB, the size for a main
 /// thread on Windows.
@@ -19,14 +19,14 @@ const OPERATORS: usize = 500;
 const LEVEL: usize = 4;
 /// Declarations in a text. The parser calls itself along a chain of them, and overflows the same stack with 1700 structs.
 const DECLARATIONS: usize = 500;
-/// Instructions of all functions together, each with the calls in it put in, and numbers in a struct: hundreds of times what a
+/// Instructions of all functions together, with calls inlined, and numbers in a struct: hundreds of times those of a
 /// built-in extension has.
 const INSTRUCTIONS: u64 = 20_000;
 
-/// Refuses what the parser may not see.
+/// Refuses texts that the parser must not see.
 ///
 /// # Errors
-/// At the first place that is too much.
+/// At the first place beyond a limit.
 pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError> {
     let refuse = |at: usize, message: String| {
         let span = naga::Span::new(at as u32, at as u32 + 1);
@@ -36,12 +36,12 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
         let found = text.len();
         return refuse(
             0,
-            format!("expected at most {BYTES} bytes, found {found}: leave out what is not needed, or make two of it"),
+            format!("expected at most {BYTES} bytes, found {found}: remove unused parts, or split the file"),
         );
     }
-    // For each open bracket, the branches of `else` in the chain that it is in; the first entry stands for the whole file.
+    // For each open bracket, the branches of `else` in the chain around it; the first entry stands for the whole file.
     let mut open = vec![0_usize];
-    // A `<` may open the arguments of a type, and then `>` closes them; which ones do only the parser tells.
+    // A `<` may open the arguments of a type, and then `>` closes them; only the parser knows which ones do.
     let (mut operators, mut angles, mut deepest, mut declarations, mut before) = (0, 0, 0, 0, "");
     for (at, token) in tokens(text) {
         operators += usize::from(is_operator(token) || token == "[");
@@ -62,7 +62,7 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
         let depth = open.len() - 1 + open.iter().sum::<usize>() + angles;
         if depth > DEPTH {
             let message = format!(
-                "more than {DEPTH} brackets and branches of `else` inside one another, each `<` of a statement among them: give parts \
+                "more than {DEPTH} nested brackets, branches of `else` and `<` of a statement: give parts \
                  of it a name with `let`, or move them into functions"
             );
             return refuse(at, message);
@@ -80,12 +80,12 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
         if declarations > DECLARATIONS {
             return refuse(
                 at,
-                format!("more than {DECLARATIONS} structs, functions and constants: leave out what it does without"),
+                format!("more than {DECLARATIONS} structs, functions and constants: remove unused ones"),
             );
         }
     }
     match wide_struct(text) {
-        Some((at, name)) => refuse(at, format!("{name}: a struct of more than {INSTRUCTIONS} numbers: hand on fewer")),
+        Some((at, name)) => refuse(at, format!("{name}: a struct of more than {INSTRUCTIONS} numbers: pass on fewer")),
         None => Ok(()),
     }
 }
@@ -122,7 +122,7 @@ fn width<'a>(name: &'a str, parts: &HashMap<&'a str, &[&'a str]>, known: &mut Ha
     if let Some(width) = known.get(name) {
         return *width;
     }
-    // Until it is known, for one that is part of itself, which the parser refuses.
+    // Until it is known, for a struct that contains itself, which the parser refuses.
     known.insert(name, 1);
     let Some(inside) = parts.get(name) else { return 1 };
     let sum = inside.iter().fold(0_u64, |sum, part| sum.saturating_add(width(part, parts, known)));
@@ -164,12 +164,12 @@ fn is_operator(token: &str) -> bool {
     token == "." || token.starts_with(['+', '-', '*', '/', '%', '<', '>', '=', '!', '&', '|', '^', '~'])
 }
 
-/// What ends a comment in WGSL.
+/// End of a comment in WGSL.
 fn ends_a_line(c: char) -> bool {
     matches!(c, '\n'..='\r' | '\u{85}' | '\u{2028}' | '\u{2029}')
 }
 
-/// Length of the block comment at the beginning of a text; they lie inside one another.
+/// Length of the block comment at the beginning of a text; such comments nest.
 fn block_comment(text: &str) -> usize {
     let (bytes, mut depth, mut at) = (text.as_bytes(), 0, 0);
     while at < bytes.len() {
@@ -189,10 +189,10 @@ fn block_comment(text: &str) -> usize {
     text.len()
 }
 
-/// Refuses functions that grow beyond measure when calls are put in. Sizes are added up along the calls, nothing is put in for it.
+/// Refuses functions that grow too large with calls inlined. Sizes are added up along the calls, without inlining.
 ///
 /// # Errors
-/// At the first function that is too much.
+/// At the first function beyond the limit.
 pub(super) fn refuse_large_functions(
     source: &Source,
     checked: &Checked,
@@ -244,8 +244,8 @@ pub(super) fn refuse_large_functions(
         }
         if total > INSTRUCTIONS {
             let message = format!(
-                "{name}: too large after calls are put in: more than {INSTRUCTIONS} instructions with the functions before it; \
-                 keep what is used again in a `let` instead of calling again"
+                "{name}: too large with calls inlined: more than {INSTRUCTIONS} instructions with the functions before it; \
+                 keep a repeated result in a `let` instead of calling again"
             );
             return Err(source.error_at(span, message));
         }
@@ -277,7 +277,7 @@ mod tests {
         let found = |text| tokens(text).map(|(_, token)| token).collect::<Vec<_>>();
         assert_eq!(found("a+=-.5e3*b.c;"), ["a", "+=", "-", ".5e3", "*", "b", ".", "c", ";"]);
         assert_eq!(found("fn f()->f32{ // }}\n/* { /* { */ { */}"), ["fn", "f", "(", ")", "->", "f32", "{", "}"]);
-        // A comment ends where naga ends it, or brackets could hide in it.
+        // A comment ends where naga ends it; otherwise brackets could hide in it.
         assert_eq!(found("//\u{2028}((\u{85}é→="), ["(", "(", "é", "→", "="]);
         assert_eq!(found("/* open ("), [""; 0]);
         assert_eq!(tokens("a  bc").last(), Some((3, "bc")));
@@ -289,7 +289,7 @@ mod tests {
         let text = |branches: usize| format!("fn f() {{ {} }}", chain(branches).repeat(3));
         assert!(refuse_long_text("x.wgsl", &text(90)).is_ok());
         let error = refuse_long_text("x.wgsl", &text(120)).expect_err("too long").to_string();
-        assert!(error.contains("more than 100 brackets and branches"), "{error}");
+        assert!(error.contains("more than 100 nested brackets"), "{error}");
     }
 
     #[test]

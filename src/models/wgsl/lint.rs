@@ -1,4 +1,4 @@
-//! What is valid in an extension, but hardly what its author meant: a function that is no stage and that nothing calls, a parameter that
+//! Valid parts of an extension that are probably mistakes: a function that is not a stage and that nothing calls, a parameter that
 //! nothing reads.
 
 use super::check::{Checked, ShaderError};
@@ -33,7 +33,8 @@ pub(super) fn warnings(
                 None => format!("; the stages are {}", stages.join(", ")),
                 near => suggestion(near),
             };
-            source.error_at(span, format!("{function} is no stage, and nothing calls it, so it does nothing{meant}"))
+            source
+                .error_at(span, format!("{function} is not a stage, and nothing calls it, so it has no effect{meant}"))
         })
         .collect();
     let prefix = prefix(name);
@@ -45,7 +46,7 @@ pub(super) fn warnings(
             let declared = source.member(&format!("{prefix}Parameters"), parameter);
             let span = declared.map(|(span, _)| span).unwrap_or_default();
             let message = format!(
-                "no function reads the parameter {parameter}, so a calibration searches it in vain: use it or leave it out"
+                "no function reads the parameter {parameter}, so a calibration searches it in vain: use or remove it"
             );
             warnings.push(source.error_at(span, message));
         }
@@ -53,7 +54,7 @@ pub(super) fn warnings(
     warnings
 }
 
-/// Own functions that are no stage and that nothing calls, and where they are.
+/// Own functions that are not stages and that nothing calls, and their places.
 pub(super) fn idle(name: &str, checked: &Checked) -> Vec<(String, naga::Span)> {
     let functions = &checked.module.functions;
     let mut called = Vec::new();

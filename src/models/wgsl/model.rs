@@ -1,4 +1,4 @@
-//! A model as people name it, whose base model may be a law in a file of their own.
+//! A model by its name for users, whose base model may be a law in a file of their own.
 
 use super::check::ShaderError;
 use super::extension::read_extension;
@@ -7,7 +7,7 @@ use crate::extension::Extension;
 use crate::text::bounded::{TEXT_MAX, read_to_string};
 use std::path::Path;
 
-/// What a file with a law ends in.
+/// Ending of a file with a law.
 const ENDING: &str = ".wgsl";
 
 /// A model that there is not.
@@ -27,7 +27,7 @@ pub enum ModelError {
     /// Its text is not valid.
     #[error(transparent)]
     Shader(#[from] ShaderError),
-    /// It is no law.
+    /// It is not a law.
     #[error(
         "{file} is an extension: it has no function `{name}_law`. Give a base model and add the file to it, such as `--model idm --extend {file}`"
     )]
@@ -48,7 +48,7 @@ pub fn law_file(model: &str) -> Option<(&str, &str)> {
     Some(model.split_at(end))
 }
 
-/// Reads a law; `file` is what messages call it, and its name without folder and ending is the law's.
+/// Reads a law; messages use `file`, and its name without folder and ending is the law's.
 ///
 /// # Errors
 /// [`ModelError::Shader`], and [`ModelError::NoLaw`] for an extension.

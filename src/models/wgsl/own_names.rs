@@ -1,5 +1,5 @@
 //! Names of an extension's own: in the composed text each begins with the extension's name and `__`, which no other name there has.
-//! So an extension may declare whatever it likes, and reaches of ours what it does not declare.
+//! So an extension may declare any names, and uses the program's for the others.
 
 use super::limits::tokens;
 use crate::extension::Extension;
@@ -7,7 +7,7 @@ use crate::symbols::Symbol;
 use naga::keywords::wgsl::RESERVED;
 use std::collections::HashSet;
 
-/// What the names of an extension begin with. No name of an extension has `__` in it or `_` at its end, so two of them never meet.
+/// Prefix of the names of an extension. No name of an extension has `__` in it or `_` at its end, so two of them never meet.
 pub(super) fn prefix(extension: &str) -> String {
     format!("{extension}__")
 }
@@ -20,12 +20,12 @@ pub fn member(symbol: Symbol) -> String {
     }
 }
 
-/// Member of `Memory` for what an extension remembers.
+/// Member of `Memory` for the state of an extension.
 pub(crate) fn memory_of(extension: &Extension) -> String {
     prefix(&extension.name) + "state"
 }
 
-/// What was done to the text of an extension: its own names have a prefix.
+/// Changes to the text of an extension: its own names have a prefix.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Prefixed {
     pub(super) prefix: String,
@@ -84,10 +84,10 @@ impl Prefixed {
     }
 }
 
-/// What a text declares outside of functions: words after `fn`, `struct` and so on. What cannot be a name is left to the parser.
+/// Names that a text declares outside of functions: words after `fn`, `struct` and so on. Invalid names are left to the parser.
 fn declared(text: &str) -> HashSet<&str> {
     let (mut depth, mut before, mut declared) = (0_usize, "", HashSet::new());
-    // Between `var` and its name may stand where it lies.
+    // The address space may be between `var` and its name.
     let mut is_variable = false;
     for (_, token) in tokens(text) {
         match token {

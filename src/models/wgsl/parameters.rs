@@ -1,4 +1,4 @@
-//! What an extension or a law declares and uses of parameters.
+//! Parameters that an extension or a law declares and uses.
 
 use super::check::ShaderError;
 use super::doc;
@@ -30,7 +30,7 @@ pub(super) enum Declared {
 }
 
 impl Reader<'_> {
-    /// How a diagnosis looks for the cause: as the file says, or as its parameters do.
+    /// How a diagnosis searches for the cause: by the line of the file, or by its parameters.
     pub(super) fn traits(&self, head: &doc::Head, parameters: &[Declared]) -> Result<(SearchKind, Scale), ShaderError> {
         let own = parameters.iter().filter_map(|declared| match declared {
             Declared::Own(row) => Some(row),
@@ -91,7 +91,7 @@ impl Reader<'_> {
         let members = self.members("Parameters")?;
         if is_law && members.is_empty() {
             return Err(self.plain(
-                "a law: expected a `struct Parameters` with at least one parameter, found none; declare what a calibration may search",
+                "a law: expected a `struct Parameters` with at least one parameter, found none; declare the parameters to search",
             ));
         }
         let own = || members.iter().filter(|(name, ..)| Symbol::from_name(name).is_none());
@@ -99,9 +99,7 @@ impl Reader<'_> {
             let (limit, found) = (EXTENSION_PARAMETERS, own().count());
             return self.refuse(
                 *span,
-                format!(
-                    "expected at most {limit} parameters of a file's own, found {found}; make constants of the others"
-                ),
+                format!("expected at most {limit} parameters in a file, found {found}; make the others constants"),
             );
         }
         members.into_iter().map(read).collect()
@@ -123,7 +121,7 @@ impl Reader<'_> {
         self.members_read("Params").map(read).collect()
     }
 
-    /// A parameter that is called like one of the paper.
+    /// A parameter with a name of the paper's.
     fn of_the_table(&self, symbol: Symbol, is_law: bool, comment: &str, span: Span) -> Result<Declared, ShaderError> {
         let name = symbol.name();
         if !is_law {
@@ -132,14 +130,14 @@ impl Reader<'_> {
         if !LAWS_MAY_HAVE.contains(&symbol) {
             return self.refuse(
                 span,
-                format!("{name} belongs to the perception delay or the vehicle dynamics, which a variant may have beside your law; give yours another name"),
+                format!("{name} belongs to the perception delay or the vehicle dynamics, which a variant may add to your law; give yours another name"),
             );
         }
         if comment.contains('[') {
             let unit = symbol.unit();
             return self.refuse(
                 span,
-                format!("{name} is the paper's parameter: its unit is {unit}, and its bounds are those of `--bounds`; leave its comment out, or give yours another name"),
+                format!("{name} is the paper's parameter: its unit is {unit}, and its bounds are those of `--bounds`; remove its comment, or give yours another name"),
             );
         }
         Ok(Declared::Table(symbol))

@@ -1,4 +1,4 @@
-//! The generated part of an extended model: what the extensions remember, and the functions that call them stage by stage.
+//! The generated part of an extended model: the memory of the extensions, and the functions that call them stage by stage.
 
 use super::compose::{DECAY, Recipe};
 use super::extension::EQUILIBRIUM;
@@ -10,7 +10,7 @@ use strum::VariantArray;
 
 /// Within this spacing \[m\] an equilibrium is searched: further than any sensor sees.
 const EQUILIBRIUM_REACH_M: f32 = 300.0;
-/// So often the interval is halved: to 0.02 mm.
+/// Number of halvings of the interval: to 0.02 mm.
 const HALVINGS: usize = 24;
 /// The time step \[s\] for laws that command a speed.
 const STEADY_STEP_S: f32 = 0.1;
@@ -24,7 +24,7 @@ fn value_type(stage: Stage) -> &'static str {
     }
 }
 
-/// Name of a struct that a stage hands on.
+/// Name of a struct that a stage passes on.
 fn handed_on(stage: Stage) -> &'static str {
     match stage {
         Stage::Policy => "PolicyStage",
@@ -91,8 +91,8 @@ fn stage_text(stage: Stage, extensions: &[&'static Extension]) -> String {
     text + &format!("    return {handed}(value, after);\n}}\n")
 }
 
-/// `law_at`, the acceleration that a law commands in steady driving, and `equilibrium_spacing`: what the law says itself, or where it neither
-/// accelerates nor brakes, found by halving.
+/// `law_at`, the acceleration that a law commands in steady driving, and `equilibrium_spacing`: the law's own, or the spacing without
+/// acceleration, found by bisection.
 pub(super) fn equilibrium(law: &Extension) -> String {
     let (name, own) = (&law.name, own(law, "p"));
     let prefix = prefix(name);
@@ -132,7 +132,7 @@ pub(super) fn equilibrium(law: &Extension) -> String {
     text + "    return 0.5 * (low + high);\n}\n"
 }
 
-/// The `Parameters` of an extension. Those of a law that are in the paper's table are what the policy has made of them.
+/// The `Parameters` of an extension. Those of a law that are in the paper's table are values after the policy.
 fn own(extension: &Extension, policy: &str) -> String {
     let value = |symbol: &Symbol| match symbol {
         Symbol::Extension(_) => format!("p.{}", member(*symbol)),
@@ -142,7 +142,7 @@ fn own(extension: &Extension, policy: &str) -> String {
     format!("{}Parameters({})", prefix(&extension.name), values.join(", "))
 }
 
-/// The call of one stage function, on `value` and `after`; what it gives goes on through `opaque`.
+/// The call of one stage function, on `value` and `after`; its result passes through `opaque`.
 fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String {
     let name = &extension.name;
     let argument = |argument: &Argument| match (argument, function.stage) {
@@ -166,7 +166,7 @@ fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String
             (format!("{done}.{value}"), format!("    after.{} = {done}.{state};\n", memory_of(extension)))
         }
     };
-    // Opaque, or Mesa takes terms of one extension and of what comes after it in another order.
+    // Opaque, because otherwise Mesa reorders terms of one extension and of the stage after it.
     let seen = match function.stage {
         Stage::Policy => value,
         Stage::Perception => format!("Perceived({opaque}({value}.s), {opaque}({value}.v_f), {opaque}({value}.v_l))"),

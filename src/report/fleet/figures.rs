@@ -17,20 +17,20 @@ pub struct Distribution<'a> {
 /// Bars of a histogram, and cells on a side of a picture of two parameters.
 const BARS: usize = 40;
 const CELLS: usize = 20;
-/// Histograms in a row, and what one takes \[px\].
+/// Histograms in a row, and the size of one \[px\].
 const IN_A_ROW: usize = 3;
 const SIZE: [f64; 2] = [290.0, 170.0];
 const BASE: &str = "#9ec5e6";
 
 impl Distribution<'_> {
-    /// From the lowest to the highest value; wider where they are one.
+    /// From the lowest to the highest value; wider if they are equal.
     pub fn ends(&self) -> [f64; 2] {
         let finite = || self.values.iter().copied().filter(|x| x.is_finite());
         let (low, high) = (finite().fold(f64::INFINITY, f64::min), finite().fold(f64::NEG_INFINITY, f64::max));
         if low < high { [low, high] } else { [low - 0.5, low + 0.5] }
     }
 
-    /// Which of so many equal parts a value is in.
+    /// Index of the equal part that contains a value.
     fn part(&self, [low, high]: [f64; 2], x: f64, parts: usize) -> usize {
         (((x - low) / (high - low) * parts as f64) as usize).min(parts - 1)
     }
@@ -72,7 +72,7 @@ fn histogram(figure: &mut Figure, [left, top]: [f64; 2], one: &Distribution) {
     if let Some(spread) = one.spread {
         let x = at(spread.median);
         figure.line([x, top + 14.0], [x, bottom], 1.6, INK);
-        // Where the middle is close to an end, their numbers would meet.
+        // If the middle is close to an end, their numbers would overlap.
         if (0.25..0.75).contains(&((x - left) / width)) {
             figure.text([x, bottom + 15.0], 11.5, Anchor::Middle, INK, &short(spread.median));
         }
@@ -81,7 +81,7 @@ fn histogram(figure: &mut Figure, [left, top]: [f64; 2], one: &Distribution) {
     figure.text([left + width, bottom + 15.0], 11.5, Anchor::End, INK, &short(high));
 }
 
-/// Every two parameters: how many drivers are where, and their rank correlation.
+/// Every two parameters: numbers of drivers per cell, and their rank correlation.
 pub fn together(all: &[Distribution]) -> String {
     const CELL: f64 = 130.0;
     let n = all.len();
@@ -130,7 +130,7 @@ fn density(figure: &mut Figure, [left, top, side]: [f64; 3], pairs: &[(f64, f64)
     for (k, count) in counts.iter().enumerate().filter(|(_, count)| **count > 0) {
         let (column, row) = ((k % CELLS) as f64, (k / CELLS) as f64);
         let from = [left + column * cell, top + side - (row + 1.0) * cell];
-        // A few drivers must be seen beside a crowd.
+        // A few drivers must be visible beside many.
         let share = (*count as f64 / most).sqrt();
         figure.bar(from, [from[0] + cell, from[1] + cell], &shade(share), "none");
     }

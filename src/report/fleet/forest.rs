@@ -10,12 +10,12 @@ const IN_A_ROW: usize = 4;
 const NAMES: f64 = 130.0;
 const COLUMN: f64 = 185.0;
 const ROW: f64 = 18.0;
-/// Above the first row stands the name of the parameter, below the last one the axis \[px\].
+/// The name of the parameter is above the first row, the axis below the last one \[px\].
 const AROUND: [f64; 2] = [26.0, 30.0];
-/// Characters of a name that have room.
+/// Characters of a name that fit.
 const NAME: usize = 17;
 
-/// Estimates of one parameter, in the order of the drivers; their intervals, `None` where the drive does not determine the value.
+/// Estimates of one parameter, in the order of the drivers; their intervals, `None` if the drive does not determine the value.
 pub struct Estimates<'a> {
     pub of: Distribution<'a>,
     pub ends: Vec<Option<[f64; 2]>>,

@@ -1,4 +1,4 @@
-//! A fleet in words, as a file and as a page: it is about the drivers.
+//! A fleet in words, as a file and as a page, with the drivers in the centre.
 
 mod figures;
 mod forest;
@@ -15,7 +15,7 @@ use crate::identify::{SHORT, SHORT_S};
 use crate::trajectory::Source;
 use indexmap::IndexMap;
 
-/// `fleet.json`: what was done with which data, and what it says together. The rows are in `parameters.csv`.
+/// `fleet.json`: data, settings and summary. The rows are in `parameters.csv`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FleetFile {
     /// Version of the file.
@@ -29,7 +29,7 @@ pub struct FleetFile {
     /// Pairs whose data are doubtful, with the kinds of their faults.
     #[serde(default, skip_serializing_if = "IndexMap::is_empty")]
     pub doubtful: IndexMap<String, String>,
-    /// Reasons why pairs have no result, without the place, and how many have each; pairs times models and measures.
+    /// Reasons for missing results, without the place, and their numbers; pairs times models and measures.
     pub reasons: IndexMap<String, usize>,
     /// The convention.
     pub convention: String,
@@ -43,17 +43,17 @@ pub struct FleetFile {
     pub evaluations_per_parameter: u64,
     /// Whether there are intervals.
     pub intervals: bool,
-    /// What to mind with them, in words.
+    /// Cautions, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub note: Option<String>,
     /// Bounds that differ from Table 3, by model.
     pub bounds: IndexMap<String, IndexMap<String, [f64; 2]>>,
     /// Where the bounds are from.
     pub bounds_from: String,
-    /// By what models are compared; files of earlier versions do not say it.
+    /// Rule of the comparison; files of earlier versions lack it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared_by: Option<Rule>,
-    /// What was held back of each driver, in words.
+    /// The held-back data of each driver, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub holdout: Option<String>,
     /// One entry per model and measure.
@@ -61,7 +61,7 @@ pub struct FleetFile {
 }
 
 impl FleetFile {
-    /// What the rows say.
+    /// Summary of the rows.
     #[must_use]
     pub fn of(
         pairs: &[Pair],
@@ -119,7 +119,7 @@ impl FleetFile {
         }
     }
 
-    /// The entry of the model that a reader should take, of the first measure.
+    /// The entry of the recommended model, of the first measure.
     #[must_use]
     pub fn chosen(&self) -> Option<&Overview> {
         let first = &self.overview.first()?.gof;
@@ -127,15 +127,15 @@ impl FleetFile {
         own().find(|one| one.chosen).or_else(|| own().max_by_key(|one| one.calibrated))
     }
 
-    /// By what the models are compared, in a sentence; empty of one model with nothing held back.
+    /// Rule of the comparison, in a sentence; empty for one model without held-back data.
     #[must_use]
     pub fn rule(&self) -> String {
         let held = self.holdout.as_deref().unwrap_or("what was held back");
         let several = self.overview.iter().any(|one| one.model != self.overview[0].model);
         match self.compared_by {
-            Some(Rule::HeldBack) => format!("Compared: the score on {held}, which no parameter was fitted to."),
-            Some(Rule::Expected) if several => "Compared: the score that is expected on another drive of the same driver, the own score plus \
-                 what the parameters have followed of the noise. --holdout 0.3 measures it."
+            Some(Rule::HeldBack) => format!("Compared: the score on {held}, on data that no fit has used."),
+            Some(Rule::Expected) if several => "Compared: the score that is expected on another drive of the same driver, its own score plus \
+                 a penalty for fitted noise. --holdout 0.3 measures it."
                 .to_owned(),
             Some(Rule::None) if several => "Not compared: on its own drive the larger of two nested models always fits better. Give --holdout 0.3, or \
                  leave out --no-intervals."
@@ -144,7 +144,7 @@ impl FleetFile {
         }
     }
 
-    /// What the comparison of the models of the first measure says, in a sentence; empty where there is none.
+    /// Result of the comparison of the models by the first measure, in a sentence; empty without one.
     #[must_use]
     pub fn verdict(&self) -> String {
         let Some(chosen) = self.chosen().filter(|one| one.behind.is_some()) else { return String::new() };
@@ -160,10 +160,9 @@ impl FleetFile {
         match (open.as_slice(), worse) {
             ([], 0) => String::new(),
             ([], _) => format!("{chosen} follows these drivers best."),
-            (open, _) => format!(
-                "{chosen} cannot be told from {}: the difference does not decide, and it has the fewest parameters.",
-                open.join(", ")
-            ),
+            (open, _) => {
+                format!("{chosen} cannot be distinguished from {}, and it has the fewest parameters.", open.join(", "))
+            }
         }
     }
 
@@ -176,7 +175,7 @@ impl FleetFile {
     /// As JSON, for `fleet.json`.
     ///
     /// # Panics
-    /// Never: it is numbers and text.
+    /// Never: it contains only numbers and text.
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("numbers and text can be written") + "\n"

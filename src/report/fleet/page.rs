@@ -1,4 +1,4 @@
-//! The page of a fleet: the drivers first, then how well they are described, then which data.
+//! The page of a fleet: the drivers first, then the quality of the fits, then the data.
 
 use super::FleetFile;
 use super::figures::{self, Distribution};
@@ -11,7 +11,7 @@ use crate::report::html::{MadeBy, Page, escape, short, within};
 pub struct Shown {
     /// The pair, from 1.
     pub pair: usize,
-    /// Its name: the id of the trajectory or the name of the follower; its number where it has neither.
+    /// Its name: the id of the trajectory or the name of the follower; otherwise its number.
     pub name: String,
     /// Its file and trajectory.
     pub label: String,
@@ -36,10 +36,10 @@ pub struct Fit {
     pub signals: [Vec<f64>; 5],
 }
 
-/// So many drivers have a row each; of more the counts are drawn.
+/// Up to this many drivers have a row each; of more the counts are drawn.
 const FEW: usize = 40;
 
-/// One HTML page; `twin` is the text of `fleet.json`, `made` the command that made it, where it is known.
+/// One HTML page; `twin` is the text of `fleet.json`, `made` the command that made it, if known.
 #[must_use]
 pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str, made: Option<&MadeBy>) -> String {
     let mut page = Page::default();
@@ -96,7 +96,7 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
     let own = of(one, rows);
     let values: Vec<Vec<f64>> =
         (0..one.parameters.len()).map(|i| own.iter().map(|row| row.values[i]).collect()).collect();
-    // A parameter that is fixed tells nothing of anybody.
+    // A fixed parameter contains no information about the drivers.
     let varies = |values: &Vec<f64>| values.iter().any(|x| *x != values[0]);
     let shown: Vec<Distribution> = one
         .parameters
@@ -126,7 +126,7 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
             let cell = |i: &usize| match row.ends[*i] {
                 Some(ends) => {
                     let [value, low, high] = [row.values[*i], ends[0], ends[1]].map(|x| within(x, ends));
-                    // A minus sign of its own, for a hyphen in front would look like a formula.
+                    // A real minus sign, because a leading hyphen would look like a formula.
                     format!("{value} [{low}, {high}]").replace('-', "−")
                 }
                 None => format!("({})", short(row.values[*i])).replace('-', "−"),
@@ -161,13 +161,13 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
     let head = ["parameter", "median", "unit", "middle half", "5 to 95 %", "at a bound", "determined"];
     page.table_with("Parameters over all pairs", &head, &table, &share);
     page.paragraph(
-        "At a bound: the drive wants more than the bounds allow, or does not care. Determined: the drive tells the value; its 95 % interval leaves \
-         out at least half of the bounds.",
+        "At a bound: the drive calls for a value beyond the bounds, or does not determine it. Determined: the 95 % interval of the value excludes \
+         at least half of the bounds.",
     );
     if shown.len() > 1 {
         page.picture("Which parameters go together", &figures::together(&shown));
         page.paragraph(
-            "Darker: more drivers. The number is the rank correlation. It holds the errors of the estimates, too: parameters of one drive make up \
+            "Darker: more drivers. The number is the rank correlation. It includes the errors of the estimates: parameters of one drive compensate \
              for each other.",
         );
     }
@@ -201,8 +201,8 @@ fn compared(page: &mut Page, file: &FleetFile) {
     page.table_with("Models", &head, &rows, &share);
     page.paragraph(&file.rule());
     page.paragraph(
-        "Best on: pairs on which the model is ahead of all others by more than the noise of the drive, which lasts. Mean is higher by: the 95 % \
-         interval of the ratio to the model with the lowest scores; where it contains 0 %, the drives do not tell the two apart.",
+        "Best on: pairs on which the model leads all others by more than the autocorrelated noise of the drive. Mean is higher by: the 95 % \
+         interval of the ratio to the model with the lowest scores; if it contains 0 %, the drives do not distinguish the two.",
     );
 }
 

@@ -6,13 +6,13 @@ use crate::report::html::short;
 use crate::report::text::wrapped;
 use std::fmt::Write;
 
-/// Reasons that are told; the table has all.
+/// Number of printed reasons; the table has all.
 const REASONS: usize = 3;
 
-/// Pairs of doubtful data that are named.
+/// Number of named pairs with doubtful data.
 const DOUBTFUL: usize = 20;
 
-/// What `calibrate --all` prints.
+/// Output of `calibrate --all`.
 #[must_use]
 pub fn text(file: &FleetFile) -> String {
     let calibrated = file.calibrated();

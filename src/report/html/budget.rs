@@ -1,18 +1,18 @@
-//! The error budget: which signal, while doing what, at which frequency, how fast, where.
+//! The error budget: by signal, driving state, frequency, speed and place.
 
 use super::{Page, short};
 use crate::diagnose::describe::error_breakdown::{Budget, Share};
 
-/// Adds the whole budget; `whose` says whose error it is.
+/// Adds the whole budget; `whose` names the simulation.
 pub(super) fn budget(page: &mut Page, budget: &Budget, whose: &str) {
     let ([s, v, a], [bias_s, bias_v, bias_a]) = (budget.rms.map(short), budget.bias.map(short));
     page.paragraph(&format!(
         "{whose}, root mean square: spacing {s} m, speed {v} m/s, acceleration {a} m/s²; mean (simulated minus measured): {bias_s} m, \
-         {bias_v} m/s, {bias_a} m/s². Below: the share that each class has of the squared error, beside its share of the time; a class is \
-         conspicuous where its error takes more than its time."
+         {bias_v} m/s, {bias_a} m/s². Below: the share of each class of the squared error, beside its share of the time; look at classes \
+         with a larger share of the error than of the time."
     ));
     let divisions = [
-        ("Error by what the car is doing", "while", &budget.regime),
+        ("Error by driving state", "while", &budget.regime),
         ("Error by frequency", "frequency", &budget.frequency),
         ("Error by speed", "speed", &budget.speed),
         ("Error by place on the road", "place", &budget.place),

@@ -1,4 +1,4 @@
-//! The report of a calibration: what was fitted to what, how well, with which parameters.
+//! The report of a calibration: model and data, quality of the fit, parameters.
 
 use super::budget::budget;
 use super::sumo::sumo;
@@ -18,7 +18,7 @@ pub struct DriveErrors {
     pub each: Vec<(String, [f64; 3])>,
 }
 
-/// One HTML file. `charts` are the simulations, trajectory by trajectory, `errors` what they err by, `exported` what SUMO makes of it,
+/// One HTML file. `charts` are the simulations, trajectory by trajectory, `errors` their errors, `exported` the comparison with SUMO,
 /// with charts; `twin` is the text of result.json.
 #[must_use]
 pub fn calibration(
@@ -35,7 +35,7 @@ pub fn calibration(
     scores(&mut page, result, errors);
     page.section("simulation", "Observed against simulated");
     if charts.is_empty() {
-        page.paragraph("No simulation of this result lies beside it, so there is no chart.");
+        page.paragraph("The folder has no simulation of this result, so there is no chart.");
     }
     page.charts("Observed and simulated", "show", charts);
     if let Some(errors) = errors {
@@ -86,7 +86,7 @@ pub fn calibration(
     page.finish(&format!("Calibration of {}", result.model()), &format!("{lead}{warning}"), twin, made)
 }
 
-/// How far the simulation is off, in the units of the signals and in per cent of their size.
+/// Errors of the simulation, in the units of the signals and in per cent of their size.
 fn headline(result: &ResultFile, errors: Option<&DriveErrors>) -> String {
     let shares = ["nrmse_s", "nrmse_v", "nrmse_a"].map(|name| result.score.get(name).copied().flatten());
     let errors = off(result, errors);
@@ -114,7 +114,7 @@ fn off(result: &ResultFile, errors: Option<&DriveErrors>) -> [Option<f64>; 3] {
     }
 }
 
-/// The measures, and the errors drive by drive where there are several.
+/// The measures, and the errors of each drive if there are several.
 fn scores(page: &mut Page, result: &ResultFile, errors: Option<&DriveErrors>) {
     let shown = |value: Option<f64>| value.map_or("–".to_owned(), short);
     let several = if result.data.len() > 1 { ", mean over the drives" } else { "" };
@@ -135,9 +135,9 @@ fn scores(page: &mut Page, result: &ResultFile, errors: Option<&DriveErrors>) {
     page.table("How well", &["measure", "spacing", "speed", "acceleration", "sum"], &rows);
 }
 
-/// What was fitted to what, and how.
+/// Model, data and settings.
 fn fitted(page: &mut Page, result: &ResultFile) {
-    page.section("fit", "What was fitted to what");
+    page.section("fit", "Model and data");
     let rows: Vec<Vec<String>> = result
         .data
         .iter()
@@ -166,7 +166,7 @@ fn fitted(page: &mut Page, result: &ResultFile) {
     ));
 }
 
-/// Values, bounds, and how well they are known.
+/// Values, bounds, and intervals.
 fn parameters(page: &mut Page, result: &ResultFile) {
     let known = |name: &String| result.identifiability.as_ref().and_then(|known| known.parameters.get(name));
     let correlation = result.identifiability.as_ref().and_then(|known| known.correlation.as_ref());
@@ -225,7 +225,7 @@ fn parameters(page: &mut Page, result: &ResultFile) {
     }
 }
 
-/// How far the replicates' best candidates lie apart.
+/// Distance of the replicates' best candidates.
 fn spread(page: &mut Page, result: &ResultFile) {
     if let Some(cv) = result.cv {
         page.paragraph(&format!("Coefficient of variation of the score over the replicates: {} %.", short(100.0 * cv)));

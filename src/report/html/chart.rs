@@ -1,4 +1,4 @@
-//! Time charts as data for the script of a report: thinned to what the eye can see, extremes kept.
+//! Time charts as data for the script of a report: thinned to the resolution of the screen, extremes kept.
 
 use serde::Serialize;
 
@@ -14,7 +14,7 @@ pub struct Chart {
     pub x_label: String,
     /// Horizontal values, increasing.
     pub x: Vec<f64>,
-    /// True where values are drawn as points, too: those of classes, of which a line alone says not where they are.
+    /// True if values are drawn as points, too: those of classes, whose places a line alone does not show.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub points: bool,
     /// From the top down.
@@ -41,7 +41,7 @@ pub struct Line {
     pub values: Vec<Option<f64>>,
 }
 
-/// What a line is.
+/// Role of a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "lowercase")]
 pub enum Role {

@@ -48,11 +48,11 @@ fn wrong(page: &mut Page, outcome: &Outcome, charts: Vec<Chart>) {
     }
     if let Some(missing) = &outcome.missing {
         page.paragraph(
-            "The missing acceleration is what has to be added to the model's acceleration, moment by moment, so that it keeps to the \
-             measured car. Where it depends on something, that is a hint.",
+            "The missing acceleration has to be added to the model's acceleration, at each instant, so that the simulated car follows the \
+             measured one. A dependence on a signal hints at the cause.",
         );
         let svg = pictures::missing("Missing acceleration", missing, outcome.missing_left.as_ref());
-        page.picture("Missing acceleration against what it may depend on", &svg);
+        page.picture("Missing acceleration against signals", &svg);
     }
 }
 
@@ -86,7 +86,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
         entry.units.iter().for_each(|units| page.paragraph(&told(units)));
     }
     if outcome.data_findings.is_empty() && !outcome.has_bad_data() {
-        page.paragraph("Gap and speeds were compared with each other; no contradictions found.");
+        page.paragraph("Gap and speeds do not contradict each other.");
     } else if !outcome.data_findings.is_empty() {
         let row = |f: &crate::result::diagnosis::FindingEntry| {
             let done = f.correction.clone().unwrap_or_else(|| "not corrected".to_owned());
@@ -225,7 +225,7 @@ fn gain(page: &mut Page, outcome: &Outcome) {
     page.table("Errors where the fits left data out", &head, &rows);
 }
 
-/// Errors of both models where both come to the end of what was held back, and crashes in any case.
+/// Errors of both models where both reach the end of the held-back data, and crashes in any case.
 fn scores(page: &mut Page, gain: &Gain) {
     let row = |k: usize| {
         let mut row = vec![["base", "extended"][k].to_owned()];
@@ -253,7 +253,7 @@ fn left(page: &mut Page, outcome: &Outcome) {
 mod tests {
     use super::*;
 
-    /// Errors are compared only where both models come to the end; crashes are told above all where one does not.
+    /// Errors are compared only where both models reach the end; crashes matter most where one does not.
     #[test]
     fn crashes_are_told_where_there_are_some() {
         let gain = Gain {

@@ -1,16 +1,16 @@
-//! The command that made a result, and what it warned of.
+//! The command that made a result, and its warnings.
 
 use super::escape;
 use serde::{Deserialize, Serialize};
 
-/// What `run.json` holds: what depends on how a result was made, and stands beside it for that reason.
+/// Content of `run.json`: properties of the run, which are kept apart from the result for that reason.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MadeBy {
     /// Version of the file.
     pub schema_version: u32,
     /// The command as a shell takes it.
     pub command: String,
-    /// What it warned of, in that order.
+    /// Its warnings, in that order.
     pub warnings: Vec<String>,
 }
 

@@ -1,7 +1,7 @@
 //! A result as one HTML file that needs nothing else: no network, no folder beside it.
 //!
-//! Charts are drawn by uPlot (`assets/uplot`, MIT), which is embedded whole; everything that is not a time series is plain HTML or
-//! SVG, so that a printer or a reader without scripts loses the zoom only.
+//! uPlot draws the charts (`assets/uplot`, MIT), embedded completely; everything that is not a time series is plain HTML or
+//! SVG, so a printer or a reader without scripts loses only the zoom.
 
 mod budget;
 mod calibration;
@@ -23,7 +23,7 @@ const UPLOT_LICENCE: &str = include_str!("../../../assets/uplot/LICENSE");
 const REPORT_JS: &str = include_str!("../../../assets/report/report.js");
 const REPORT_CSS: &str = include_str!("../../../assets/report/report.css");
 
-/// What a page may load and run: what is in it, and nothing from elsewhere, whatever a result has in its texts.
+/// Content security policy of a page: only its own content, nothing from elsewhere, whatever a result has in its texts.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
                       form-action 'none'";
 
@@ -36,7 +36,7 @@ pub(in crate::internal::report) struct Page {
 }
 
 impl Page {
-    /// Adds HTML as it is.
+    /// Adds HTML unchanged.
     pub fn raw(&mut self, html: &str) {
         self.body.push_str(html);
         self.body.push('\n');
@@ -56,7 +56,7 @@ impl Page {
         self.raw(&format!("<p>{}</p>", escape(text)));
     }
 
-    /// Adds one chart, with choosers for what it shows: one of several (`of`, such as drives), and one of its signals. Nothing is added
+    /// Adds one chart, with choosers for its content: one of several (`of`, such as drives), and one of its signals. Nothing is added
     /// without any.
     pub fn charts(&mut self, caption: &str, of: &str, charts: Vec<Chart>) {
         if charts.is_empty() {
@@ -78,13 +78,13 @@ impl Page {
     /// Adds a picture that is ready.
     pub fn picture(&mut self, title: &str, svg: &str) {
         let title = escape(title);
-        // The picture brings its own size and shrinks with the page, but not below what can be read: then it scrolls.
+        // The picture has its own size and shrinks with the page, but stays readable: then it scrolls.
         self.raw(&format!(
             "<figure><div class=\"svg\" role=\"group\" aria-label=\"{title}\" tabindex=\"0\">{svg}</div></figure>"
         ));
     }
 
-    /// The whole file. `twin` is the machine-readable result, `made` the command that made it, where it is known.
+    /// The whole file. `twin` is the machine-readable result, `made` the command that made it, if known.
     pub fn finish(mut self, title: &str, lead: &str, twin: &str, made: Option<&MadeBy>) -> String {
         if !self.sections.is_empty() {
             self.raw("</section>");
@@ -135,7 +135,7 @@ fn unscripted(json: &str) -> String {
     json.replace('<', "\\u003c")
 }
 
-/// Four significant digits; what only the order of a sum makes differ from 0 is 0.
+/// Four significant digits; a value that is 0 up to rounding is 0.
 pub(in crate::internal::report) fn short(value: f64) -> String {
     if value.abs() < 1e-12 {
         return "0".to_owned();
@@ -144,11 +144,11 @@ pub(in crate::internal::report) fn short(value: f64) -> String {
         return "–".to_owned();
     }
     let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    // Nobody counts zeros.
+    // Values near 0 need no digits.
     if rounded.abs() < 1e-3 { format!("{rounded:e}") } else { rounded.to_string() }
 }
 
-/// A value with as many digits as an interval around it bears: two of its width.
+/// A value with the significant digits of its interval: two of its width.
 pub(in crate::internal::report) fn within(value: f64, [low, high]: [f64; 2]) -> String {
     let width = high - low;
     if !value.is_finite() || !width.is_finite() || width <= 0.0 {

@@ -1,4 +1,4 @@
-//! What SUMO makes of a calibration, in its report.
+//! The comparison with SUMO, in the report of a calibration.
 
 use super::{Chart, Page, short};
 use crate::sumo::{Export, Loss};

@@ -4,7 +4,7 @@ use super::{Page, escape};
 use std::borrow::Cow;
 use std::fmt::Write;
 
-/// Rows from which on a table scrolls by itself.
+/// Tables with at least this many rows scroll separately.
 const LONG: usize = 14;
 /// Characters from which on a column is not squeezed on a narrow screen: rows would become as high as the screen.
 const SENTENCE: usize = 20;
@@ -48,7 +48,7 @@ impl Page {
         for (number, row) in rows.iter().enumerate() {
             html.push_str("<tr>");
             for (column, cell) in row.iter().enumerate() {
-                // Paths may be broken behind each folder, so that they never make a table wider than a page; units stay whole.
+                // Paths may be broken after each folder, so that they never make a table wider than a page; units stay together.
                 let cell = escape(&inert(cell)).replace('/', "/<wbr>").replace("m/<wbr>s", "m/s");
                 let _ = match share(number, column).filter(|share| share.is_finite()) {
                     Some(share) => {
@@ -65,7 +65,7 @@ impl Page {
     }
 }
 
-/// True for a text that a spreadsheet would take for a formula; for no number.
+/// True for a text that a spreadsheet would take for a formula; not for a number.
 pub fn is_formula(cell: &str) -> bool {
     cell.trim_start().starts_with(['=', '+', '-', '@']) && !is_empty(cell) && !is_number(cell)
 }
@@ -75,13 +75,13 @@ fn inert(cell: &str) -> Cow<'_, str> {
     if is_formula(cell) { Cow::Owned(format!("'{cell}")) } else { Cow::Borrowed(cell) }
 }
 
-/// True if every cell of a column that says anything is a number or made of numbers; the first column has names.
+/// True if every filled cell of a column is a number or made of numbers; the first column has names.
 fn is_numeric(rows: &[Vec<String>], column: usize) -> bool {
     let mut cells = rows.iter().filter_map(|row| row.get(column)).filter(|cell| !is_empty(cell)).peekable();
     column > 0 && cells.peek().is_some() && cells.all(|cell| is_number(cell))
 }
 
-/// What stands where there is nothing to say.
+/// Mark of an empty cell.
 fn is_empty(cell: &str) -> bool {
     matches!(cell, "" | "-" | "–")
 }

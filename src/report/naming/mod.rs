@@ -1,4 +1,4 @@
-//! How well causes are named, as `leadlag bench diagnosis --page` shows it: a part of a Markdown page, and two pictures.
+//! Rates of right names, for `leadlag bench diagnosis --page`: a part of a Markdown page, and two pictures.
 
 mod page;
 mod pictures;

@@ -24,15 +24,15 @@ pub struct Provenance {
 /// Why a page cannot take the part.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
 pub enum PageError {
-    /// A line that marks the place is missing, stands there twice, or they are in the wrong order.
+    /// A line that marks the place is missing or repeated, or the lines are in the wrong order.
     #[error(
         "expected the line `{BEGIN}` once, and the line `{END}` once below it; found them {begins} and {ends} times{order}; put both where the results belong",
         order = if *.begins == 1 && *.ends == 1 { ", in the wrong order" } else { "" }
     )]
     Marks {
-        /// How often the first one is there.
+        /// Number of the first one.
         begins: usize,
-        /// How often the second one is there.
+        /// Number of the second one.
         ends: usize,
     },
 }
@@ -84,7 +84,7 @@ pub fn part(report: &DiagnosisReport, from: &Provenance, pictures: [&str; 2]) ->
     let [names, power] = pictures;
     let _ = writeln!(
         text,
-        "![What was planted, and what was named]({names})\n\n![Share named by size of the effect]({power})\n"
+        "![Planted effects, and their names]({names})\n\n![Share named by size of the effect]({power})\n"
     );
     text += &powers(report);
     text += &pairs(report);
@@ -97,7 +97,7 @@ pub fn part(report: &DiagnosisReport, from: &Provenance, pictures: [&str; 2]) ->
     if let Some(Gains { median, most, cases }) = report.gains() {
         let _ = writeln!(
             text,
-            "Extended models gain on the hold-out, of what the truth gains there (NRMSE(s,v,a)), {:.0} % in the median, and at least {:.0} % in {most} of {cases}.",
+            "Extended models reach, of the gain of the truth on the hold-out (NRMSE(s,v,a)), {:.0} % in the median, and at least {:.0} % in {most} of {cases}.",
             100.0 * median,
             100.0 * MOST_OF_IT
         );
@@ -131,7 +131,7 @@ fn powers(report: &DiagnosisReport) -> String {
     text + "\n"
 }
 
-/// Every pair, and what was said.
+/// Every pair, and the answer.
 fn pairs(report: &DiagnosisReport) -> String {
     let mut text = String::new();
     for outcome in report.outcomes.iter().filter(|o| o.task.kind == "pair") {
@@ -156,15 +156,15 @@ fn pairs(report: &DiagnosisReport) -> String {
     if text.is_empty() {
         return text;
     }
-    format!("| pair | base | planted | said | |\n|---|---|---|---|---|\n{text}\n")
+    format!("| pair | base | planted | answer | |\n|---|---|---|---|---|\n{text}\n")
 }
 
-/// How near drives without an effect come to a name.
+/// Distance of drives without an effect from a name.
 fn silence(report: &DiagnosisReport) -> String {
     if report.silence.is_empty() {
         return String::new();
     }
-    let mut text = "Drives without an effect: evidence of the likeliest cause, as a share of what it needs for a name (0 where none gains enough to be judged).\n\n\
+    let mut text = "Drives without an effect: evidence of the likeliest cause, as a share of the threshold for a name (0 if none gains enough to be judged).\n\n\
         | | drives | median | one of 20 exceeds | highest |\n|---|---|---|---|---|\n"
         .to_owned();
     for Silence { of, cases, median, one_in_twenty, highest } in &report.silence {

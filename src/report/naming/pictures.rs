@@ -1,4 +1,4 @@
-//! Two pictures: what was planted against what was named, and the share named against the size.
+//! Two pictures: planted effects against names, and the share named against the size.
 
 use crate::bench::{DiagnosisReport, Judgement, judge};
 use crate::report::figure::{Anchor, Figure, INK, PALE, PALETTE, Plot};
@@ -9,7 +9,7 @@ const CELL: [f64; 2] = [26.0, 21.0];
 /// Where the cells begin \[px\]: room for names on the left and above.
 const LEFT: f64 = 190.0;
 const TOP: f64 = 236.0;
-/// What no name is called.
+/// Label of cases without a name.
 const NO_NAME: &str = "no name";
 
 /// The colour of a judgement, in the order of the legend.
@@ -38,7 +38,7 @@ pub fn names(report: &DiagnosisReport) -> String {
             cells.entry((row.clone(), said.clone())).or_default().push(judged);
         }
     }
-    // Effects first, in the order of the alphabet, then what stands in brackets.
+    // Effects first, in alphabetical order, then labels in brackets.
     let mut rows: Vec<&String> = sizes.keys().collect();
     rows.sort_by_key(|row| (row.starts_with('('), *row));
     let mut columns: Vec<&String> = cells.keys().map(|(_, said)| said).collect();
@@ -47,8 +47,9 @@ pub fn names(report: &DiagnosisReport) -> String {
 
     let width = (LEFT + CELL[0] * columns.len() as f64 + 60.0).max(760.0);
     let height = TOP + CELL[1] * rows.len() as f64 + 20.0;
-    let line = "single effects and drives without any; a row is what was planted, with its number of cases, a column what was named";
-    let mut figure = Figure::new(width, height, "What was planted, and what was named", &[line]);
+    let line =
+        "single effects and drives without any; rows: planted effects with their numbers of cases, columns: names";
+    let mut figure = Figure::new(width, height, "Planted effects, and their names", &[line]);
     let legend: Vec<(&str, &str)> = COLOURS.iter().map(|(_, name, colour)| (*name, *colour)).collect();
     figure.legend([16.0, 72.0], &legend);
     let x = |column: usize| LEFT + 30.0 + CELL[0] * column as f64;
@@ -81,7 +82,7 @@ pub fn names(report: &DiagnosisReport) -> String {
     figure.finish()
 }
 
-/// Power: share of single effects named right against the change of speed that they make, for each base and all of them.
+/// Power: share of single effects named right against their change of speed, for each base and all of them.
 #[must_use]
 pub fn power(report: &DiagnosisReport) -> String {
     const WIDTH: f64 = 760.0;

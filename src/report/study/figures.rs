@@ -42,7 +42,7 @@ pub fn variations(material: &Material) -> String {
         figure.text([WIDTH / 2.0, 220.0], 14.0, Anchor::Middle, INK, "no variant has two replicates on a trajectory");
         return figure.finish();
     }
-    // Bars of equal width up to the largest value; a few stragglers must not flatten the rest.
+    // Bars of equal width up to the largest value; a few outliers must not flatten the rest.
     let most = all.iter().copied().fold(0.0, f64::max);
     let last = quantile(&all, 0.98).map_or(1.0, |q| if most > 2.0 * q { q } else { most }).max(1e-6);
     let end = Plot::new([0.0; 2], [0.0; 2], last).top;
@@ -184,7 +184,7 @@ fn unit(own: &Outcomes) -> f64 {
     (RIGHT - LEFT) / total.max(1.0)
 }
 
-/// What stands below the variants: their names where there is room for them, else ids of Table 1.
+/// Labels below the variants: their names if there is room for them, otherwise ids of Table 1.
 fn labels(own: &Outcomes) -> Vec<String> {
     let names: Vec<String> = own.variants.iter().map(ToString::to_string).collect();
     if longest(&names) <= unit(own) {
@@ -198,13 +198,13 @@ fn longest(labels: &[String]) -> f64 {
     LETTER * labels.iter().map(|label| label.chars().count()).max().unwrap_or(0) as f64
 }
 
-/// What the numbers below the variants are, where there are any.
+/// Meaning of the numbers below the variants, if any.
 fn what_labels_are(own: &Outcomes) -> &'static str {
     let is_id = |label: &String| label.parse::<u32>().is_ok();
     if labels(own).iter().any(is_id) { "Numbers below: ids of Table 1." } else { "" }
 }
 
-/// A variant in the words of a reader: with its id, where it has one.
+/// A variant in words, with its id, if any.
 fn called(variant: &Variant) -> String {
     match variant.id() {
         0 => variant.to_string(),

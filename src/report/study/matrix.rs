@@ -1,4 +1,4 @@
-//! The validation matrix: what is calibrated on one trajectory of a vehicle and simulated on another.
+//! The validation matrix: calibration on one trajectory of a vehicle, simulation on another.
 
 use crate::score::Measures;
 use crate::statistics::median;
@@ -12,7 +12,7 @@ pub type Place = (String, usize);
 /// All winners of one trajectory, simulated on one.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cross {
-    /// NRMSE(s,v,a) of the runs that came to the end.
+    /// NRMSE(s,v,a) of the runs that reached the end.
     pub scores: Vec<f64>,
     /// Runs in which the spacing was not above 0.
     pub collisions: usize,
@@ -34,7 +34,7 @@ impl Cross {
     }
 }
 
-/// Per vehicle, in the order of their names: the trajectories, and what was simulated from which (first) on which (second).
+/// Per vehicle, in the order of their names: the trajectories, and the simulations from the first on the second.
 pub type Matrix = BTreeMap<String, BTreeMap<Place, BTreeMap<Place, Cross>>>;
 
 /// The matrix of one goodness of fit over all variants; of the replicates, the best one counts.

@@ -1,4 +1,4 @@
-//! A study beside the paper: Tables 4 and 5 and Figures 4 to 7 as tables and pictures, and a text that says where they agree.
+//! A study beside the paper: Tables 4 and 5 and Figures 4 to 7 as tables and pictures, and a text on their agreement.
 
 mod figures;
 mod matrix;
@@ -26,9 +26,9 @@ struct Material<'a> {
     four: Vec<Table4Row>,
     five: Vec<Table5Row>,
     claims: Vec<Claim>,
-    /// What the paper prints; nothing beside another goodness of fit than its own.
+    /// The printed values of the paper; none for a goodness of fit other than its own.
     paper: BTreeMap<u32, Printed>,
-    /// Number of tasks that are not there.
+    /// Number of missing tasks.
     missing: usize,
 }
 
@@ -46,7 +46,7 @@ impl<'a> Material<'a> {
         self.claims.iter().filter(|claim| claim.agrees.is_some()).collect()
     }
 
-    /// What is said of the statements that the study cannot judge; nothing where it judges none, for then it is not about the paper.
+    /// Sentence on the statements that the study cannot judge; empty if it judges none, because then it is not about the paper.
     fn open(&self) -> Option<String> {
         let judged = self.judged().len();
         let count = self.claims.len() - judged;
@@ -55,7 +55,7 @@ impl<'a> Material<'a> {
         (judged > 0 && count > 0).then_some(text)
     }
 
-    /// The paper's numbers, where they stand beside those of the study.
+    /// The paper's numbers, if they are shown beside those of the study.
     fn printed(&self, variant: &Variant) -> Option<&Printed> {
         self.paper.get(&variant.id()).filter(|_| self.is_beside_paper())
     }
@@ -65,7 +65,7 @@ impl<'a> Material<'a> {
     }
 }
 
-/// The same as one HTML page with its numbers in it; `past` is what the runs on the study's folder have written down.
+/// The same as one HTML page with its numbers in it; `past` is the log of the runs on the study's folder.
 ///
 /// # Panics
 /// Without outcomes.
@@ -74,8 +74,8 @@ pub fn page(study: &StudyFile, all: &[Outcomes], inventory: &Inventory, past: &P
     page::write(&Material::new(study, all, inventory.missing.len()), inventory, past)
 }
 
-/// The files of a report, by name. `all` are the outcomes of every goodness of fit, the first one being what Tables 4 and 5 are about;
-/// `missing` is the number of tasks that are not there.
+/// The files of a report, by name. `all` are the outcomes of every goodness of fit, the first one for Tables 4 and 5;
+/// `missing` is the number of missing tasks.
 ///
 /// # Panics
 /// Without outcomes.

@@ -12,7 +12,7 @@ use crate::study::paper::VALIDATIONS;
 use crate::study::table::{Table, Values};
 use serde_json::{Map, Value, json};
 
-/// So many variants that cannot be told apart are named.
+/// Largest number of named variants that cannot be distinguished.
 const NAMED: usize = 4;
 
 pub fn write(material: &Material, inventory: &Inventory, past: &PastRuns) -> String {
@@ -53,7 +53,7 @@ fn score(own: &Outcomes, v: usize) -> Option<f64> {
     mean(&scores?)
 }
 
-/// Which variant errs least on trajectories that it was not calibrated on, and which one fits its own best.
+/// Which variant has the lowest error on unseen trajectories, and which one fits its own best.
 pub(super) fn answer(own: &Outcomes, ranking: &Ranking) -> (String, String) {
     let scored = (0..own.variants.len()).filter_map(|v| Some((v, score(own, v)?)));
     let Some((best, lowest)) = scored.min_by(|a, b| a.1.total_cmp(&b.1)) else {
@@ -66,18 +66,18 @@ pub(super) fn answer(own: &Outcomes, ranking: &Ranking) -> (String, String) {
     let Some(chosen) = ranking.chosen.filter(|_| ranking.unseen) else {
         return (
             format!("{} fits its own trajectories best.", own.variants[best]),
-            format!("{fits}. No variant was tried on trajectories that it was not calibrated on, and {nested}."),
+            format!("{fits}. No variant was validated, and {nested}."),
         );
     };
     let name = &own.variants[chosen];
     let open: Vec<String> = ranking.open().iter().map(|v| own.variants[*v].name()).collect();
     let first = match open.len() {
-        0 if own.variants.len() == 1 => format!("{name} was tried on trajectories that it was not calibrated on."),
-        0 => format!("{name} errs least on trajectories that it was not calibrated on."),
+        0 if own.variants.len() == 1 => format!("{name} was validated on unseen drives."),
+        0 => format!("{name} has the lowest error on unseen drives."),
         n => {
             let more = if n > NAMED { format!(" and {} more", n - NAMED) } else { String::new() };
             format!(
-                "{name} cannot be told from {}{more} on trajectories that they were not calibrated on, and has the fewest parameters.",
+                "{name} cannot be distinguished from {}{more} on unseen drives, and has the fewest parameters.",
                 open[..n.min(NAMED)].join(", ")
             )
         }
@@ -85,7 +85,7 @@ pub(super) fn answer(own: &Outcomes, ranking: &Ranking) -> (String, String) {
     let unseen = median(&validated(own, chosen, &|_| true).0);
     let mut then = format!("Median NRMSE(s,v,a) there {}.", optional(unseen));
     if own.variants.len() > 1 {
-        then += &format!(" Its own trajectories {} fits best, {fits}; {nested}.", own.variants[best]);
+        then += &format!(" {} fits its own drives best, {fits}; {nested}.", own.variants[best]);
     }
     (first, then)
 }
@@ -137,7 +137,7 @@ fn signed(value: Option<f64>) -> String {
     value.map_or("–".to_owned(), |value| format!("{value:+.0}"))
 }
 
-/// Scores of all validation runs of a variant that came to the end.
+/// Scores of all validation runs of a variant that reached the end.
 fn validated(own: &Outcomes, variant: usize, wanted: &dyn Fn(usize) -> bool) -> (Vec<f64>, usize, usize) {
     let cells = own.cells[variant].iter().enumerate().filter(|(drive, _)| wanted(*drive));
     let tried: Vec<&Tried> = cells.flat_map(|(_, cell)| &cell.tried).collect();
@@ -203,7 +203,7 @@ fn overall(page: &mut Page, material: &Material) {
     page.table(&caption, &head, &rows);
 }
 
-/// What a ranking is by.
+/// Measure of a ranking.
 fn by(ranking: &Ranking) -> &'static str {
     if ranking.unseen { "in validation" } else { "in calibration" }
 }
@@ -264,7 +264,7 @@ fn rankings(page: &mut Page, own: &Outcomes) {
 fn validation(page: &mut Page, matrix: &Matrix) {
     page.paragraph(
         "Calibrated on the trajectory of the row, simulated on that of the column: median NRMSE(s,v,a) over the variants, and collisions. \
-         In the diagonal stands the calibration itself.",
+         The diagonal shows the calibration itself.",
     );
     let name = |place: &(String, usize)| format!("{} follower {}", place.0, place.1);
     for (vehicle, rows) in matrix {

@@ -1,4 +1,4 @@
-//! `report.md`: what the study is, where it agrees with the paper and where not, in plain words and numbers.
+//! `report.md`: the study, and where it agrees with the paper and where not, in plain words and numbers.
 
 use super::Material;
 use crate::statistics::spearman;
@@ -55,7 +55,7 @@ fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
     if material.paper.is_empty() {
         writeln!(
             text,
-            "\nWhat follows is of {}; the paper's Tables 4 and 5 are of NRMSE(s,v,a), so that its numbers are left out, and its statements about \
+            "\nThe following is for {}; the paper's Tables 4 and 5 are of NRMSE(s,v,a), so that its numbers are left out, and its statements about \
              them are not judged.",
             own.gof
         )?;
@@ -63,7 +63,7 @@ fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
     let judged = material.judged();
     if !judged.is_empty() {
         writeln!(text, "\n## Where it agrees with the paper, and where not\n")?;
-        writeln!(text, "| | the paper says | this study | what lies behind a difference |\n|---|---|---|---|")?;
+        writeln!(text, "| | the paper says | this study | reason for a difference |\n|---|---|---|---|")?;
         for claim in judged {
             let mark = if claim.agrees == Some(true) { "agrees" } else { "**differs**" };
             writeln!(text, "| {mark} | {} | {} | {} |", claim.paper, claim.found, claim.why.as_deref().unwrap_or(""))?;

@@ -9,7 +9,7 @@ use crate::study::outcome::claims::PAPERS_GOF;
 use crate::study::paper::{Printed, VALIDATIONS};
 use crate::study::table::Table;
 
-/// The columns that say which variant a row is about.
+/// The columns that identify the variant of a row.
 fn variants(material: &Material) -> Table {
     let own = &material.own.variants;
     let mut table = Table::default();

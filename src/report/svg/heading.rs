@@ -11,7 +11,7 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
 /// Average width of a character in units of the font size: no font is at hand to measure, so a wide one.
 const CHARACTER: f64 = 0.56;
-/// Smallest size of a title line \[px\]; what is still too wide is cut.
+/// Smallest size of a title line \[px\]; longer text is cut.
 const SMALLEST: f64 = 9.0;
 /// Title lines that have room.
 const LINES: usize = 2;

@@ -28,17 +28,17 @@ pub struct Series {
     pub style: Style,
 }
 
-/// Role of a series, which decides colour and width. The colours can be told apart with every kind of colour blindness
+/// Role of a series, which decides colour and width. The colours remain distinct with every kind of colour blindness
 /// (Okabe and Ito), and by their lightness in grey print.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Style {
-    /// What was measured: nearly black.
+    /// Measured: nearly black.
     Observed,
-    /// What a model makes of it: orange.
+    /// Simulated: orange.
     Simulated,
     /// A second simulation to compare with, such as one with an extension: blue.
     Alternative,
-    /// What helps reading, such as the speed of the car ahead: a thin grey line.
+    /// Context, such as the speed of the car ahead: a thin grey line.
     Context,
 }
 
@@ -73,7 +73,7 @@ pub enum SvgError {
     /// The drawing library failed.
     #[error("drawing the plot: {reason}")]
     Draw {
-        /// What the library says.
+        /// Message of the library.
         reason: String,
     },
 }

@@ -1,4 +1,4 @@
-//! Of samples closer than a pixel, those that the eye can see: the extremes of every pixel column.
+//! Of samples closer than a pixel, the visible ones: the extremes of every pixel column.
 
 /// Lines of (time, value), at most two points per pixel column, broken where values are missing.
 ///

@@ -1,20 +1,20 @@
-//! By how much the errors of one model are higher than those of another one.
+//! Ratio of the errors of one model to those of another one.
 
 use crate::identify::student;
 use crate::statistics::mean;
 
-/// How much higher the scores of a model are than those of the model with the lowest, as a share: 0.04 is 4 %. Drives differ in their scores by
-/// factors, so that it is the factor between two models that is averaged, by its logarithm.
+/// Excess of the scores of a model over those of the model with the lowest, as a share: 0.04 is 4 %. Drives differ in their scores by
+/// factors, so the mean is over the logarithm of the ratio of two models.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Behind {
     /// The mean over the pairs.
     pub mean: f64,
-    /// Its 95 % interval: by the noise within the drives, or by how much the drives differ, whichever is wider.
+    /// Its 95 % interval: from the noise within the drives, or from their differences, whichever is wider.
     pub interval: [f64; 2],
 }
 
 impl Behind {
-    /// By logarithms of ratios that do not depend on each other; of one nothing is known of its spread. `None` of none.
+    /// From logarithms of independent ratios; one alone has no known spread. `None` without any.
     #[must_use]
     pub fn of(ratios: &[f64]) -> Option<Behind> {
         let half = if ratios.iter().all(|ratio| *ratio == 0.0) {
@@ -30,32 +30,32 @@ impl Behind {
     /// Of a mean logarithm and half of its interval.
     #[must_use]
     pub fn around(mean: f64, half: f64) -> Behind {
-        // Of what is written, every number must be finite.
+        // Every written number must be finite.
         let share = |logarithm: f64| logarithm.min(f64::MAX.ln()).exp_m1();
         Behind { mean: share(mean), interval: [mean - half, mean + half].map(share) }
     }
 
-    /// In words: a difference with its interval, or that there is none to tell.
+    /// In words: a difference with its interval, or that the data do not show one.
     #[must_use]
     pub fn told(&self) -> String {
         let [low, high] = self.interval;
         if self.mean == 0.0 && low == high {
             "the lowest".to_owned()
         } else if self.is_open() {
-            "cannot be told".to_owned()
+            "not distinguishable".to_owned()
         } else {
             format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
         }
     }
 
-    /// True if the drives do not tell the two models apart.
+    /// True if the drives do not distinguish the two models.
     #[must_use]
     pub fn is_open(&self) -> bool {
         self.interval[0] <= 0.0
     }
 }
 
-/// Half of the 95 % interval of a mean, by how much the values differ.
+/// Half of the 95 % interval of a mean, from the spread of the values.
 #[must_use]
 pub fn between(values: &[f64]) -> f64 {
     let (count, mean) = (values.len() as f64, mean(values).unwrap_or(0.0));

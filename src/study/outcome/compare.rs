@@ -17,7 +17,7 @@ pub struct Table4Row {
 pub struct Table5Row {
     /// Over the calibrations.
     pub calibration: [Option<f64>; 4],
-    /// Over the validation runs that come to the end with every variant of the base model.
+    /// Over the validation runs that reach the end with every variant of the base model.
     pub validation: [Option<f64>; 4],
     /// Number of those runs.
     pub common: usize,
@@ -36,7 +36,7 @@ pub fn compare(outcomes: &Outcomes) -> (Vec<Table4Row>, Vec<Table5Row>) {
     let medians: Vec<Option<f64>> = (0..count).map(|i| median(&outcomes.normalized(i))).collect();
     let four = (0..count).map(|i| {
         let base = outcomes.base_of(i).filter(|base| *base != i).and_then(|base| medians[base]);
-        // A base model that is the best everywhere leaves nothing to compare with.
+        // A base model that is the best everywhere has no change to compare.
         let change = medians[i].zip(base).map(|(own, base)| 100.0 * (own - base) / base).filter(|x| x.is_finite());
         Table4Row { median: medians[i], change }
     });
@@ -71,7 +71,7 @@ fn changes(pairs: &[(Errors, Errors)]) -> [Option<f64>; 4] {
     })
 }
 
-/// Validation runs, by trajectory and number, that come to the end with every variant of the same base model.
+/// Validation runs, by trajectory and number, that reach the end with every variant of the same base model.
 fn common_runs(outcomes: &Outcomes, variant: usize) -> Vec<(usize, usize)> {
     let class = outcomes.class(outcomes.variants[variant].base.name);
     let ends_well = |drive: usize, run: usize| {

@@ -1,4 +1,4 @@
-//! What a study found, as the paper's Sections 5 and 6 look at it.
+//! Results of a study, as in the paper's Sections 5 and 6.
 
 mod behind;
 pub mod claims;
@@ -49,7 +49,7 @@ pub enum Tried {
 /// The calibrations of one variant on one trajectory.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cell {
-    /// Scores of the replicates that found something.
+    /// Scores of the replicates with a feasible candidate.
     pub scores: Vec<f64>,
     /// Errors of the best one.
     pub best: Option<Errors>,
@@ -57,7 +57,7 @@ pub struct Cell {
     pub score: Option<f64>,
     /// Parameters that the best one has on a bound.
     pub at_bound: Vec<String>,
-    /// What the best one does elsewhere, in the order of the plan.
+    /// Validation runs of the best one, in the order of the plan.
     pub tried: Vec<Tried>,
 }
 

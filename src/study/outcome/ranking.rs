@@ -1,4 +1,4 @@
-//! The variants in order: by trajectories that they were not calibrated on, where they were tried on any. On its own trajectory the larger of two
+//! The variants in order: by unseen trajectories, if they were validated on any. On its own trajectory the larger of two
 //! nested variants always fits better.
 
 use super::{Behind, Outcomes, Tried};
@@ -11,9 +11,9 @@ pub struct Ranking {
     pub unseen: bool,
     /// The variants, the lowest error first; those without an error to rank by last.
     pub order: Vec<usize>,
-    /// By variant: how much higher its errors in validation are than those of the first.
+    /// By variant: excess of its errors in validation over those of the first.
     pub behind: Vec<Option<Behind>>,
-    /// Of the variants that are not told apart from the first one in validation, the one with the fewest parameters; the first without any.
+    /// Of the variants that cannot be distinguished from the first one in validation, the one with the fewest parameters; the first without any.
     pub chosen: Option<usize>,
 }
 
@@ -47,7 +47,7 @@ impl Ranking {
         Ranking { unseen: is_unseen, order, behind, chosen }
     }
 
-    /// The variants that are not told apart from the chosen one.
+    /// The variants that cannot be distinguished from the chosen one.
     #[must_use]
     pub fn open(&self) -> Vec<usize> {
         let is_open = |v: &&usize| self.behind[**v].is_some_and(|behind| behind.is_open());
@@ -62,7 +62,7 @@ fn error(tried: &Tried) -> Option<f64> {
     }
 }
 
-/// How much higher the errors of a variant are than those of another one, over the validation runs that both end. Runs of the same calibration
+/// Excess of the errors of a variant over those of another one, over the validation runs that both end. Runs of the same calibration
 /// depend on each other, so that a trajectory counts once.
 fn behind(outcomes: &Outcomes, drives: &[usize], variant: usize, other: usize) -> Option<Behind> {
     let of_drive = |&drive: &usize| {
@@ -104,7 +104,7 @@ mod tests {
         assert_eq!((earned.order.clone(), earned.chosen, earned.open()), (vec![1, 0], Some(1), vec![]), "{earned:?}");
         let alone = Ranking::of(&outcomes(|_, _| None), &|_| true);
         assert_eq!((alone.unseen, alone.chosen, alone.open()), (false, Some(1), vec![]), "{alone:?}");
-        // One trajectory tells no spread over trajectories.
+        // One trajectory shows no spread over trajectories.
         let one = Ranking::of(&outcomes(|v, _| Some(0.6 - 0.1 * v as f64)), &|drive| drive == 0);
         assert_eq!((one.chosen, one.open()), (Some(0), vec![1]), "{one:?}");
     }

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 /// Validation runs of each variant in the paper: 28 trajectories, six other platoons each.
 pub const VALIDATIONS: f64 = 168.0;
 
-/// What the paper prints for a variant; `None` where it prints a dash (base models).
+/// The printed values of a variant; `None` for a dash (base models).
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Printed {
     /// Table 4: median normalised calibration error.

@@ -14,7 +14,7 @@ pub enum PlanError {
         /// Why.
         source: std::io::Error,
     },
-    /// It is no TOML, or not the TOML that was expected.
+    /// Invalid TOML, or not a plan.
     #[error("{path}:{line}:{column}: {reason}{}", suggestion(nearest.as_deref()))]
     Toml {
         /// The file.
@@ -23,7 +23,7 @@ pub enum PlanError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What the reader says.
+        /// Message of the reader.
         reason: String,
         /// A known key that looks like the unknown one.
         nearest: Option<String>,
@@ -47,7 +47,7 @@ pub enum PlanError {
         path: String,
         /// Which key.
         key: &'static str,
-        /// What is wrong, and where.
+        /// The fault and its place.
         source: Box<ShaderError>,
     },
     /// A version of the layout that this program does not know.
@@ -55,19 +55,19 @@ pub enum PlanError {
     Version {
         /// The file.
         path: String,
-        /// What this program reads.
+        /// Version that this program reads.
         expected: u32,
-        /// What the plan says.
+        /// Version of the plan.
         found: u32,
     },
-    /// A value that is none.
+    /// An invalid value.
     #[error("{path}: {key}: {reason}{}", suggestion(nearest.as_deref()))]
     Value {
         /// The file.
         path: String,
         /// Which key.
         key: String,
-        /// What was expected and found.
+        /// Expected and found content.
         reason: String,
         /// A known word that looks like the unknown one.
         nearest: Option<String>,

@@ -1,4 +1,4 @@
-//! Extensions and laws of a plan: built-in ones by name, files of one's own.
+//! Extensions and laws of a plan: built-in ones by name, users' files.
 
 use super::super::merge::{calibration_columns, column_clash, parameter_column};
 use super::text::Reader;
@@ -27,7 +27,7 @@ pub struct StoredExtension {
 }
 
 impl StoredExtension {
-    /// What is kept of an extension.
+    /// Stored data of an extension.
     #[must_use]
     pub fn of(extend: &Extend) -> StoredExtension {
         let Extend { given, extension } = extend;
@@ -36,7 +36,7 @@ impl StoredExtension {
         StoredExtension { given, name, text: is_own.then(|| extension.text.clone()) }
     }
 
-    /// The extension; `None` for a built-in one that this program does not have.
+    /// The extension; `None` for a built-in one that this program lacks.
     ///
     /// # Errors
     /// When this program does not accept its text.
@@ -82,7 +82,7 @@ impl Reader<'_> {
         Ok(variant)
     }
 
-    /// Two laws of one study: by their names they are told apart, and parameters of one name share a column.
+    /// Two laws of one study: their names distinguish them, and parameters of one name share a column.
     fn go_together(law: &Extension, other: &Extension) -> Result<(), String> {
         if law.name == other.name {
             return Err(format!("there are two laws of the name {}; give one of the files another name", law.name));
@@ -102,7 +102,7 @@ impl Reader<'_> {
         }
     }
 
-    /// Refuses the name of a part: names of variants would no longer say what a variant is made of.
+    /// Refuses the name of a part: names of variants would be ambiguous.
     fn has_own_name(&self, key: &'static str, extension: &Extension) -> Result<(), PlanError> {
         let name = &extension.name;
         if format!("idm+{name}").parse::<Variant>().is_ok() {
@@ -112,7 +112,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Refuses parameters that would be the column of something else in the tables.
+    /// Refuses parameters whose column another value of the tables has.
     pub(super) fn have_own_columns(&self, laws: &[Extend], extend: &[Extend]) -> Result<(), PlanError> {
         let taken: Vec<String> = calibration_columns().collect();
         let columns = |all: &[Extend]| -> Vec<(Symbol, String)> {

@@ -28,16 +28,16 @@ pub struct Plan {
     pub name: String,
     /// The measured data.
     pub data: DataPlan,
-    /// What is calibrated, and how.
+    /// Settings of the calibrations.
     pub calibration: CalibrationPlan,
-    /// What the winners are tried on.
+    /// Drives of the validation.
     pub validation: Validation,
 }
 
 /// The measured data of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct DataPlan {
-    /// Folder that the names of files start from.
+    /// Folder to which the names of files are relative.
     pub folder: PathBuf,
     /// Vehicle table in that folder; `None`: the built-in one.
     pub vehicles: Option<PathBuf>,
@@ -50,17 +50,17 @@ pub struct DataPlan {
 pub struct PlatoonPlan {
     /// Short name in all tables, such as `P3`.
     pub name: String,
-    /// The file; with `is_pattern` a `*` in its name stands for anything.
+    /// The file; with `is_pattern` a `*` in its name matches anything.
     pub file: PathBuf,
-    /// True if it stands for all files of the pattern.
+    /// True for a pattern that matches several files.
     pub is_pattern: bool,
     /// Its layout; `None`: by its header.
     pub layout: Option<Layout>,
-    /// Column map of a table of another layout: a shipped one, or a `.toml` in the data folder.
+    /// Column map of a table of another layout: a built-in one, or a `.toml` in the data folder.
     pub columns: Option<String>,
-    /// Id of the one trajectory that is meant in a file that holds several; `None`: the only one.
+    /// Id of the requested trajectory in a file that holds several; `None`: the only one.
     pub trajectory: Option<String>,
-    /// True if it stands for every trajectory of the file; those that cannot be used are left out.
+    /// True for every trajectory of the file; unusable ones are left out.
     pub all: bool,
     /// The followers, 1 = right behind the platoon leader; `None`: all.
     pub followers: Option<Vec<usize>>,
@@ -78,16 +78,16 @@ pub struct PlatoonPlan {
     pub vehicle: Option<String>,
 }
 
-/// What is calibrated, and how.
+/// Settings of the calibrations.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibrationPlan {
     /// The variants, in the order of the plan, with their extensions.
     pub variants: Vec<Variant>,
-    /// What every variant has beyond those of Table 1.
+    /// Extensions of every variant.
     pub extend: Vec<Extend>,
     /// The laws among the base models.
     pub laws: Vec<Extend>,
-    /// What is minimised, one study each.
+    /// Measures to minimise, one study each.
     pub gofs: Vec<GoodnessOfFit>,
     /// The convention.
     pub convention: Convention,
@@ -116,7 +116,7 @@ pub struct Extend {
     pub extension: &'static Extension,
 }
 
-/// What the calibrated variants are tried on.
+/// Drives on which the calibrated variants are validated.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub enum Validation {
@@ -128,7 +128,7 @@ pub enum Validation {
 }
 
 impl Plan {
-    /// Reads a plan; names of files start from the folder that the plan names, itself relative to the plan file.
+    /// Reads a plan; names of files are relative to the folder that the plan names, itself relative to the plan file.
     ///
     /// # Errors
     /// [`PlanError`] with the place and, where a word is misspelt, the nearest one.
@@ -146,7 +146,7 @@ impl Plan {
         text::read(&content, &shown, folder, &stem, stored)
     }
 
-    /// Parses a plan. `path` is for messages; `folder` is where relative names start, `name` what the study is called unless it says.
+    /// Parses a plan. `path` is for messages; `folder` is where relative names start, `name` the default name of the study.
     ///
     /// # Errors
     /// As [`Plan::read`].

@@ -5,7 +5,7 @@ use serde::de::{self, IntoDeserializer, SeqAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::marker::PhantomData;
 
-/// A list, or its only item without brackets. Not an untagged enum, which would lose what is wrong with an item.
+/// A list, or its only item without brackets. Not an untagged enum, which would lose the message about an invalid item.
 pub(super) struct Several<T>(pub Vec<T>);
 
 impl<T> Default for Several<T> {

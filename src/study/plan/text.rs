@@ -125,7 +125,7 @@ pub(super) fn read(
     })
 }
 
-/// What the TOML reader says, with the place, and the key that may have been meant.
+/// Message of the TOML reader, with the place and the nearest known key.
 fn at(content: &str, path: &str, error: &toml::de::Error) -> PlanError {
     let start = error.span().map_or(0, |span| span.start).min(content.len());
     let before = &content[..start];
@@ -136,7 +136,7 @@ fn at(content: &str, path: &str, error: &toml::de::Error) -> PlanError {
     let unknown = message.starts_with("unknown field").then(|| quoted.next()).flatten();
     let nearest = unknown.and_then(|word| nearest(word, quoted)).map(str::to_owned);
     let mut reason = message.replace("unknown field", "unknown key").replace("missing field", "missing key");
-    // Words of the program's language, for those of the plan's.
+    // Replaces words of the program's language by those of the plan's.
     for (type_name, words) in [
         ("expected u64", "expected a whole number from 0"),
         ("expected u32", "expected a whole number from 0"),
@@ -145,7 +145,7 @@ fn at(content: &str, path: &str, error: &toml::de::Error) -> PlanError {
     ] {
         reason = reason.replace(type_name, words);
     }
-    // What is wrong with a value is said without its key; what is no TOML has none.
+    // The message about a value has no key; one about invalid TOML has none either.
     let of_value = ["invalid type", "invalid value", "expected "].iter().any(|begin| reason.starts_with(begin));
     let text = content.lines().nth(line - 1).unwrap_or_default();
     let key = text.split_once('=').map(|(key, _)| key.trim()).filter(|_| of_value);
@@ -350,7 +350,7 @@ impl Reader<'_> {
         Ok(variants)
     }
 
-    /// `lanes` unless the plan says otherwise: the same bytes on every machine.
+    /// `lanes` by default: the same bytes on every machine.
     fn evaluator(
         &self,
         name: Option<&str>,
@@ -359,7 +359,7 @@ impl Reader<'_> {
         let kind = self.one_of("calibration.evaluator", name.unwrap_or("lanes"))?;
         let precision = precision.map(|text| self.one_of("calibration.precision", text)).transpose()?;
         let selection = Selection { kind, precision, ..Selection::default() };
-        // Its words are those of the command line; here the keys are meant.
+        // The words of the command line become keys here.
         selection.check().map_err(|e| self.value("calibration.precision", e.to_string().replace("--", ""), None))?;
         Ok((kind, precision))
     }

@@ -25,7 +25,7 @@ const GOF: GoodnessOfFit = GoodnessOfFit::NRMSE_SVA;
 /// samples IDM has two, 5 % apart.
 const SAMPLES: usize = 3000;
 const EVALUATIONS: u64 = 16_000;
-/// Samples where it does not matter what is found.
+/// Number of samples where the result does not matter.
 const SHORT: usize = 600;
 
 #[test]
@@ -71,7 +71,7 @@ fn evaluators(follower: &Follower, variant: Variant, no_gpu: bool) -> Vec<Box<dy
     evaluators
 }
 
-/// What a calibration with the settings of `leadlag calibrate` finds.
+/// Result of a calibration with the settings of `leadlag calibrate`.
 fn found(evaluator: &mut dyn Evaluator, follower: &Follower, optimizer: OptimizerKind) -> Replicate {
     let variant = *evaluator.variant();
     let space = follower.space(variant, AUTHORS);
@@ -82,7 +82,7 @@ fn found(evaluator: &mut dyn Evaluator, follower: &Follower, optimizer: Optimize
         .remove(0)
 }
 
-/// What is wrong with the optima of a variant.
+/// Faults of the optima of a variant.
 fn compare(follower: &Follower, id: u32, no_gpu: bool) -> Vec<String> {
     let variant = variant(id);
     let (mut wrong, mut first) = (Vec::new(), None);

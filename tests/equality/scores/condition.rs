@@ -1,4 +1,4 @@
-//! How much a score changes with its parameters, in f64.
+//! Sensitivity of a score to its parameters, in f64.
 
 use super::{ending, lanes};
 use crate::common::cars::Random;

@@ -60,7 +60,7 @@ struct Judged {
 }
 
 impl Judged {
-    /// Relative error of a score, where there are two.
+    /// Relative error of a score, if there are two.
     fn error(&self, precision: usize) -> Option<f64> {
         match (self.exact, self.found[precision]) {
             (Score::Value(exact), Score::Value(found)) => Some(((found - exact) / exact).abs()),
@@ -186,7 +186,7 @@ fn scores_are_those_of_the_reference() {
             *sum = std::mem::take(sum).and(more);
         }
     }
-    let on = if no_gpu { "in lanes, for there is no GPU on purpose" } else { "on the GPU" };
+    let on = if no_gpu { "in lanes, without a GPU on purpose" } else { "on the GPU" };
     report.say(format!("{} candidates of 90 variants, f32 {on}", judged.len()));
     double_precision(in_f64, &mut report, &mut problems);
     let complete = judged.iter().filter(|j| matches!(j.exact, Score::Value(_))).count();
@@ -267,7 +267,7 @@ fn three(values: [f64; 3]) -> String {
     values.map(|value| format!("{value:.1e}")).join(" ")
 }
 
-/// What is to be known of a candidate's run by the reference, with lanes that may restart it in a precision of f32 and in f64.
+/// Results of a candidate's run by the reference, with lanes that may restart it in a precision of f32 and in f64.
 fn of_run<T>(
     j: &Judged,
     followers: &[Follower],

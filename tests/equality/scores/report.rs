@@ -1,4 +1,4 @@
-//! What the test found: lines on stdout, tables under `target/tmp/scores/`.
+//! Output of the test: lines on stdout, tables under `target/tmp/scores/`.
 
 use super::window::Largest;
 use super::{CONDITIONED, Judged, PRECISIONS, ending};

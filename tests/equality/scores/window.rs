@@ -1,4 +1,4 @@
-//! Short runs from the reference's own state: what f32 does wrong in a few steps, whatever the run makes of it later.
+//! Short runs from the reference's own state: errors of f32 in a few steps, whatever follows in the run.
 
 use crate::common::tolerance::{FIRST_STEP, UNSTABLE, WINDOW};
 use leadlag::internal::evaluator::Case;
@@ -27,7 +27,7 @@ pub struct Largest {
 }
 
 impl Largest {
-    /// What exceeds the tolerances, if anything.
+    /// Values that exceed the tolerances, if any.
     pub fn problem(&self) -> Option<&String> {
         self.problem.as_ref()
     }
@@ -69,7 +69,7 @@ fn rounded(parameters: &Parameters) -> Parameters {
 /// Moves spacing, speed and acceleration by nothing or by one last bit.
 type Move = [fn(f32) -> f32; 3];
 
-/// Starts that f32 hardly tells apart, per signal; each excites another mode of an unstable controller.
+/// Starts that f32 hardly distinguishes, per signal; each excites another mode of an unstable controller.
 const STARTS: [Move; 3] =
     [[|s| s, |v| v, |a| a], [f32::next_up, f32::next_up, f32::next_up], [f32::next_down, f32::next_up, |a| a]];
 
@@ -84,7 +84,7 @@ pub struct Run<'a> {
     pub trace: &'a Trace,
     pub in_f32: &'a Lanes,
     pub in_f64: &'a Lanes,
-    /// The first simulated sample, and one past the last one whose state means something.
+    /// The first simulated sample, and one past the last one whose state is defined.
     first: usize,
     end: usize,
 }
@@ -113,7 +113,7 @@ impl<'a> Run<'a> {
         if from < self.end { self.window(from) } else { Largest::default() }
     }
 
-    /// How far f64 in lanes, which rounds in another order, comes from the reference's spacing in the whole run \[m\]: next to nothing
+    /// Distance of f64 in lanes, which rounds in another order, from the reference's spacing in the whole run \[m\]: almost 0
     /// unless the run is chaotic.
     pub fn departure(&self) -> f64 {
         let past = [&self.trace.s, &self.trace.v, &self.trace.a].map(Vec::as_slice);

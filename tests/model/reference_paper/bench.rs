@@ -22,7 +22,7 @@ pub const X_0: f64 = 100.0;
 pub type Sample = [f64; 3];
 
 /// A trajectory from samples 0.1 s apart. The follower's position starts at [`X_0`] and follows from its speed (Eq. 1);
-/// the preceding vehicle is put where the spacing says, whatever its speed: nothing but the sample under test matters.
+/// the preceding vehicle is put at the spacing, whatever its speed: only the sample under test matters.
 pub fn trajectory(samples: &[Sample]) -> Trajectory {
     let mut x_f = vec![X_0];
     for pair in samples.windows(2) {

@@ -1,4 +1,4 @@
-//! Eqs. 2 to 8: what the five base models command.
+//! Eqs. 2 to 8: commands of the five base models.
 
 use super::bench::{NONE, commands};
 use leadlag::internal::symbols::Parameters;

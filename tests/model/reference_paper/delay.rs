@@ -175,7 +175,7 @@ fn the_score_is_continuous_in_tau_p() {
     }
 }
 
-/// Samples 1 to 3 at 0.1 s: the clock goes on, and the signals are those of the samples.
+/// Samples 1 to 3 at 0.1 s: the clock continues, and the signals are those of the samples.
 #[test]
 fn a_piece_of_a_case_keeps_its_times() {
     let mut data = trajectory(&SAMPLES);

@@ -18,7 +18,7 @@ fn measures(floored: bool) -> Measures {
     Measures([compare(SPACING, false), compare(SPEED, floored), compare(ACCELERATION, false)])
 }
 
-/// The same value by the other way, which evaluators that finish scores themselves go: sums over the samples and a norm.
+/// The same value as computed by evaluators that finish scores themselves: sums over the samples and a norm.
 fn finished(gof: &GoodnessOfFit, floored: bool) -> f64 {
     let signals = [(SPACING, false), (SPEED, floored), (ACCELERATION, false)];
     let norm = gof.norm(&signals.map(|((_, measured), floored)| Measured::of(&measured, floored)));
@@ -91,7 +91,7 @@ fn a_standing_sample_counts_as_a_millimetre_per_second_for_the_authors() {
     check(
         true,
         &[
-            // errors as they are
+            // unweighted errors
             ("rmse_v", 0.3366501646120692651),
             // sqrt(0.34/25.000001)
             ("nrmse_v", 0.1166190355645253215),

@@ -1,4 +1,4 @@
-//! Eq. 1: the ballistic scheme, step by step, and what happens at standstill.
+//! Eq. 1: the ballistic scheme, step by step, and the behaviour at standstill.
 
 use super::bench::{NONE, case, close, run, trajectory};
 use leadlag::internal::convention::Convention;

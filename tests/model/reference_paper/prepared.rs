@@ -1,4 +1,4 @@
-//! What is prepared before a run: bounds (Table 3) and measured accelerations.
+//! Preparation before a run: bounds (Table 3) and measured accelerations.
 
 use super::bench::{NONE, case, close, run, steady, trajectory};
 use leadlag::internal::convention::Convention;
@@ -108,7 +108,7 @@ fn a_candidate_outside_of_the_equations_is_refused() {
     assert_eq!(domain(paper.check(&Parameters { tau_p: -0.1, ..p })), "tau_p");
     assert_eq!(domain(paper.check(&Parameters { d_0: f64::INFINITY, ..p })), "d_0");
     assert_eq!(domain(paper.check(&NONE)), "k_s");
-    // Up to the upper bound 0.8 s in both conventions: it says how far back a simulation remembers.
+    // Up to the upper bound 0.8 s in both conventions: it limits the memory of a simulation.
     let refused = |case: &Case, tau_p: f64| match case.check(&Parameters { tau_p, ..p }) {
         Err(InvalidParameter::Delay { upper, .. }) => Some(upper),
         Ok(()) => None,

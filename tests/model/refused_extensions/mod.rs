@@ -1,4 +1,4 @@
-//! What an extension may not have is said with its place, before anything runs out of stack or memory.
+//! Forbidden parts of an extension give an error with their place, before anything exhausts stack or memory.
 
 mod names;
 mod nesting;
@@ -177,7 +177,7 @@ fn what_an_extension_may_not_have_is_said() {
     }
 }
 
-/// A model has a place for so many only.
+/// A model holds a limited number of parameters only.
 #[test]
 fn more_parameters_than_a_model_can_have_are_refused_where_they_are_declared() {
     let text = |stage: &str, count: usize| {
@@ -191,12 +191,12 @@ fn more_parameters_than_a_model_can_have_are_refused_where_they_are_declared() {
         assert_eq!(most.parameters.len(), EXTENSION_PARAMETERS);
         let error =
             read_extension("x.wgsl", &text(stage, EXTENSION_PARAMETERS + 36)).expect_err("too many").to_string();
-        let expected = "x.wgsl:51:5: expected at most 24 parameters of a file's own, found 60";
+        let expected = "x.wgsl:51:5: expected at most 24 parameters in a file, found 60";
         assert!(error.starts_with(expected), "{error}");
     }
 }
 
-/// What a struct of another name says of its members is nothing to `Parameters` and `State`.
+/// Comments on the members of another struct do not concern `Parameters` and `State`.
 #[test]
 fn comments_are_those_of_the_struct_that_is_meant() {
     let text = "struct ParametersOld {
@@ -240,7 +240,7 @@ fn x_command(own: Parameters, state: State, v: f32) -> Done {
     assert_eq!(read.state, [("kept".to_owned(), Initial::Value(1.0))]);
 }
 
-/// What naga takes as it is, and its author has hardly meant.
+/// Texts that naga accepts and that are probably mistakes.
 #[test]
 fn what_does_nothing_is_warned_of_with_its_place() {
     let parameters = "struct Parameters {\n    /// share [-], 0 to 1, neutral 0\n    k: f32,\n}\n";
@@ -251,20 +251,18 @@ fn what_does_nothing_is_warned_of_with_its_place() {
         (
             format!("{seen}{}", command("return a;")),
             &[
-                "x.wgsl:1:1: x_percepton is no stage, and nothing calls it, so it does nothing; did you mean `x_perception`?",
+                "x.wgsl:1:1: x_percepton is not a stage, and nothing calls it, so it has no effect; did you mean `x_perception`?",
             ],
         ),
         (
             format!("{}fn x_brakes() -> f32 {{ return 1.0; }}\n", command("return a;")),
             &[
-                "x.wgsl:4:1: x_brakes is no stage, and nothing calls it, so it does nothing; the stages are x_policy, x_perception, x_speed, x_law, x_command, x_response",
+                "x.wgsl:4:1: x_brakes is not a stage, and nothing calls it, so it has no effect; the stages are x_policy, x_perception, x_speed, x_law, x_command, x_response",
             ],
         ),
         (
             format!("{parameters}{}", command("return a;")),
-            &[
-                "x.wgsl:3:5: no function reads the parameter k, so a calibration searches it in vain: use it or leave it out",
-            ],
+            &["x.wgsl:3:5: no function reads the parameter k, so a calibration searches it in vain: use or remove it"],
         ),
     ];
     for (text, expected) in cases {
@@ -290,7 +288,7 @@ fn what_the_time_loop_does_for_another_extension_is_a_conflict() {
         let built_in = extension_named(taken).expect("built in");
         let idm: Variant = "idm".parse().expect("a base");
         let message = idm.with(built_in).expect("no conflict").with(own).expect_err("two of them").to_string();
-        let expected = format!("extension x: its `loop: {what}` cannot act beside that of {taken}");
+        let expected = format!("extension x: its `loop: {what}` cannot act together with that of {taken}");
         assert!(message.starts_with(&expected), "{message}");
         assert!(idm.with(own).expect("no conflict").with(extension_named("grade").expect("built in")).is_ok());
     }
@@ -311,7 +309,7 @@ fn functions(last: usize, body: impl Fn(&str) -> String) -> String {
     text + &command(&format!("return f_{last}(a);"))
 }
 
-/// As many functions as that, each of which calls the one before it in so many blocks.
+/// As many functions as that, each of which calls the one before it in this many blocks.
 fn calls_in_blocks(functions: usize, blocks: usize) -> String {
     let (open, close) = ("{ ".repeat(blocks), " }".repeat(blocks));
     let one =
@@ -320,7 +318,7 @@ fn calls_in_blocks(functions: usize, blocks: usize) -> String {
     format!("fn f_0(a: f32) -> f32 {{ return a + 1.0; }}\n{all}{}", command(&format!("return f_{functions}(a);")))
 }
 
-/// Each of these overflowed the stack, ran for ever, or was refused without a place.
+/// Each of these overflowed the stack, ran endlessly, or was refused without a place.
 #[test]
 fn what_is_too_much_is_said_at_once() {
     let nested =
@@ -347,25 +345,28 @@ fn what_is_too_much_is_said_at_once() {
             command(&format!("return a{};", ".s".repeat(20_000))),
             "x.wgsl:2:1013: more than 500 operators in a statement",
         ),
-        (command(&format!("return {};", nested("(", "a", ")", 20_000))), "x.wgsl:2:111: more than 100 brackets"),
-        (command(&format!("return {};", nested("abs(", "a", ")", 8_000))), "x.wgsl:2:411: more than 100 brackets"),
+        (command(&format!("return {};", nested("(", "a", ")", 20_000))), "x.wgsl:2:111: more than 100 nested brackets"),
+        (
+            command(&format!("return {};", nested("abs(", "a", ")", 8_000))),
+            "x.wgsl:2:411: more than 100 nested brackets",
+        ),
         (
             command(&format!("var b = a; {} return b;", nested("{", "", "}", 20_000))),
-            "x.wgsl:2:115: more than 100 brackets",
+            "x.wgsl:2:115: more than 100 nested brackets",
         ),
         (
             command(&format!("var b = a; {} {{ b = 1.0; }} return b;", "if b > 1.0 { } else ".repeat(3_000))),
-            "more than 100 brackets and branches of `else`",
+            "more than 100 nested brackets",
         ),
         (
             command(&format!("var b: {}f32{}; return a;", "array<".repeat(200), ">".repeat(200))),
-            "x.wgsl:2:611: more than 100 brackets",
+            "x.wgsl:2:611: more than 100 nested brackets",
         ),
         (
             format!("const c_0 = 1.0;\n{constants}{}", command("return a;")),
             "x.wgsl:501:20: more than 500 structs, functions",
         ),
-        (functions(22, |f| format!("{f}({f}(a))")), "x.wgsl:12:1: f_11: too large after calls are put in"),
+        (functions(22, |f| format!("{f}({f}(a))")), "x.wgsl:12:1: f_11: too large with calls inlined"),
         (
             functions(400, |f| format!("{f}(a)")),
             "x.wgsl:102:1: f_101: calls more than 100 deep, each block around a call counted",
@@ -384,7 +385,7 @@ fn what_is_too_much_is_said_at_once() {
     }
 }
 
-/// What is just allowed also runs: on a thread whose stack is small, in every base model.
+/// Texts just within the limits also run: on a thread whose stack is small, in every base model.
 #[test]
 fn what_is_large_but_allowed_is_compiled() {
     let cases: Vec<&'static Extension> = [

@@ -8,7 +8,7 @@ use leadlag::internal::lanes::check_model;
 use leadlag::internal::wgsl::{Precision, Recipe, extension_named, read_extension};
 use std::collections::BTreeSet;
 
-/// Every word of the longest kernel: what our shaders and the generated texts are made of, predeclared names among it.
+/// Every word of the longest kernel, from the shaders and the generated texts, predeclared names among them.
 fn words_of_ours() -> BTreeSet<String> {
     let mut words = BTreeSet::new();
     for (base, observed) in [("gipps+delay+nonlinear+mfc", true), ("idm+linear+constant", false)] {
@@ -79,11 +79,11 @@ fn every_name_of_ours_may_be_an_extensions_own() {
         let workers: Vec<_> = texts.chunks(share).map(|texts| scope.spawn(move || count(texts))).collect();
         workers.into_iter().map(|worker| worker.join().expect("no text fails")).sum()
     });
-    // The rest are keywords, parameters of the base models, built-in extensions, and what hides `f32` from its own text.
+    // The rest are keywords, parameters of the base models, built-in extensions, and names that hide `f32` from its own text.
     assert!(10 * accepted > 8 * texts.len(), "only {accepted} of {} texts are valid", texts.len());
 }
 
-/// True if a text is valid; then it fits a base, on the CPU and on the GPU. What is not is refused in its own lines.
+/// True if a text is valid; then it fits a base, on the CPU and on the GPU. An invalid one is refused in its own lines.
 fn fits_if_valid(name: &str, text: &str, what: &str, turn: usize) -> bool {
     let file = format!("{name}.wgsl");
     let extension = match read_extension(&file, text) {
@@ -103,7 +103,7 @@ fn fits_if_valid(name: &str, text: &str, what: &str, turn: usize) -> bool {
     true
 }
 
-/// The names inside are others than the ones that were written; what is said of them must not show it.
+/// The internal names differ from the written ones; messages must not show them.
 #[test]
 fn errors_show_names_and_places_as_written() {
     let text = "const gain = 2.0;\nfn half(a: f32) -> f32 {\n    return 0.5 * a;\n}\nfn x_command(a: f32) -> f32 {\n    return gain * gain * half(a) * b;\n}\n";
@@ -119,7 +119,7 @@ fn errors_show_names_and_places_as_written() {
         error.starts_with("x.wgsl:6:41: ") && error.ends_with("\n  return gain * gain * half(a) * gain.s;"),
         "{error}"
     );
-    // Where only some of the base models have a parameter, the others refuse what needs it.
+    // If only some of the base models have a parameter, the others refuse extensions that need it.
     let text =
         "const gain = 2.0;\nfn x_command(p: Params, a: f32) -> f32 {\n    return gain * gain * a * p.theta;\n}\n";
     let variant = "idm".parse::<Variant>().expect("a base").with(read_extension("x.wgsl", text).expect("valid"));

@@ -1,6 +1,6 @@
-//! What nests is bounded before a parser sees it, so that half a megabyte of stack is enough for every text.
+//! Nesting is bounded before a parser sees it, so that half a megabyte of stack is enough for every text.
 //!
-//! `LEADLAG_FUZZ_SECONDS=600` makes up texts for so long; without it a second has to do. (fuzz/ has a target that learns from coverage.)
+//! `LEADLAG_FUZZ_SECONDS=600` generates texts for that time; by default a second. (fuzz/ has a target that learns from coverage.)
 
 use super::{calls_in_blocks, command, functions};
 use leadlag::internal::catalog::Variant;
@@ -102,7 +102,7 @@ fn nothing_that_nests_overflows_a_small_stack() {
 /// The stack that every text must do with \[bytes\].
 const SMALL_STACK: usize = 512 << 10;
 
-/// Reads an extension and compiles what it can be part of; false if it is refused.
+/// Reads an extension and compiles the models that it fits; false if it is refused.
 fn used(text: &str) -> bool {
     match read_extension("x.wgsl", text) {
         Ok(extension) => {
@@ -248,7 +248,7 @@ fn made_up_texts_do_with_a_small_stack() {
     let seconds = std::env::var("LEADLAG_FUZZ_SECONDS").map_or(1, |seconds| seconds.parse().expect("a number"));
     let (began, mut count, mut valid) = (Instant::now(), 0_u64, 0_u64);
     while began.elapsed() < Duration::from_secs(seconds) {
-        // Many to a thread, with its seed as a name, so that a stack that overflows tells which ones.
+        // Many to a thread, with its seed as a name, so that a stack that overflows shows which ones.
         let stack = std::thread::Builder::new().name(format!("texts of seed {count}")).stack_size(SMALL_STACK);
         let work = move || {
             let mut author = Author { rng: ChaCha8Rng::seed_from_u64(count), is_sane: count.is_multiple_of(100) };

@@ -1,9 +1,9 @@
-//! Values that cost one car of a file, and not the others.
+//! Values that disqualify one car of a file, and not the others.
 
 use super::problem::Problem;
 use super::{PROBLEMS_SHOWN, list};
 
-/// The first problems of some of a file's values, and how many there are beyond them.
+/// The first problems of some of a file's values, and the number of the others.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Faults {
     pub(in crate::trajectory) first: Vec<Problem>,
@@ -11,7 +11,7 @@ pub struct Faults {
 }
 
 impl Faults {
-    /// True where nothing is wrong.
+    /// True without a fault.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.first.is_empty()
@@ -31,7 +31,7 @@ impl Faults {
         }
     }
 
-    /// Takes the problems of `other` as well; what is kept is the first in file order.
+    /// Adds the problems of `other`; the first ones in file order are kept.
     pub(in crate::trajectory) fn merge(&mut self, other: Faults) {
         self.first.extend(other.first);
         self.first.sort_by_key(|problem| (problem.line, problem.column));

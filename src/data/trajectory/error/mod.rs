@@ -1,4 +1,4 @@
-//! Errors of the data layer: what is wrong with a file, where, and what to do about it.
+//! Errors of the data layer: the fault of a file, its place, and the remedy.
 //!
 //! Reading reports the first [`PROBLEMS_SHOWN`] problems of a file, each with line and column.
 

@@ -59,7 +59,7 @@ fn why_not(follower: usize) -> String {
     }
 }
 
-/// What a time step of more than `limit` s is told, whoever meets it.
+/// Error of a time step of more than `limit` s, wherever it occurs.
 pub(in crate::trajectory) fn step_too_long(step: f64, limit: f64) -> String {
     format!("expected a time step of at most {limit} s, found {step}; is the time in milliseconds?")
 }

@@ -13,10 +13,10 @@ pub struct Problem {
     pub kind: ProblemKind,
 }
 
-/// A step below this is no time step of a sensor \[s\]: a second in days is 1.2e-5.
+/// A step below this is not a time step of a sensor \[s\]: a second in days is 1.2e-5.
 pub(crate) const DAYS_STEP_S: f64 = 2e-5;
 
-/// What is wrong: expected, found, and what to do.
+/// The fault: expected, found, and remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
 #[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
@@ -32,7 +32,7 @@ pub enum ProblemKind {
     #[error("the line is longer than {limit} bytes; expected rows of CSV: is this the right file?")]
     LineTooLong { limit: usize },
     #[error(
-        "expected a table of at most {limit} bytes, of text (unpacked) and of memory for its rows, found more; split the file by time or by vehicle, and leave out columns that are not read"
+        "expected a table of at most {limit} bytes, of text (unpacked) and of memory for its rows, found more; split the file by time or by vehicle, and remove columns that leadlag does not read"
     )]
     TableTooLarge { limit: u64 },
     #[error("a carriage return inside a line; expected line ends LF or CRLF: convert the line ends of the file")]
@@ -43,7 +43,7 @@ pub enum ProblemKind {
     )]
     Separator {
         found: &'static str,
-        /// What a column map calls the separator, if one could read the file.
+        /// Name of the separator in a column map, if one could read the file.
         mapped: Option<&'static str>,
     },
     #[error(
@@ -59,7 +59,7 @@ pub enum ProblemKind {
     #[error(
         "expected the metadata line \"{expected},...\", found {}; OpenACC files have 5 such lines before the header: restore them{}",
         quoted(found),
-        if *expected == "Date" { "; or, of a table that never had them, read the columns as they are with --columns, or rename those of a pair to time_s, lead_speed_mps, speed_mps and spacing_m" } else { "" }
+        if *expected == "Date" { "; if the table never had them, read its columns with --columns, or rename those of a pair to time_s, lead_speed_mps, speed_mps and spacing_m" } else { "" }
     )]
     Metadata { expected: &'static str, found: String },
     #[error("expected a column map for this layout; read the file with one (--columns)")]
@@ -75,7 +75,7 @@ pub enum ProblemKind {
         columns: Vec<String>,
         has: Vec<String>,
         needed: Vec<String>,
-        /// Pairs of a column that the file has and the missing one that it may be.
+        /// Pairs of a column of the file and the missing one that it may be.
         renames: Vec<(String, String)>,
         advice: String,
     },
@@ -101,7 +101,7 @@ pub enum ProblemKind {
     DecimalComma {
         column: String,
         found: String,
-        /// True where a column map could say so.
+        /// True if a column map could set it.
         mapped: bool,
     },
     #[error(
@@ -121,7 +121,7 @@ pub enum ProblemKind {
     )]
     FewCars { found: usize },
     #[error(
-        "column {column}: expected the unit {expected}, found {}; convert the column, or read the table as it is with --columns",
+        "column {column}: expected the unit {expected}, found {}; convert the column, or read the table with --columns",
         quoted(found)
     )]
     OtherUnit { column: String, expected: &'static str, found: String },
@@ -147,12 +147,12 @@ pub enum ProblemKind {
     )]
     TimeTwice { column: String, found: f64, first: u64 },
     #[error(
-        "{column}: expected a time after {previous}, found {found}; the column map names no group: if {guess} tells drives apart, add `group = {{ name = \"{name}\" }}` to [columns]",
+        "{column}: expected a time after {previous}, found {found}; the column map names no group: if {guess} distinguishes drives, add `group = {{ name = \"{name}\" }}` to [columns]",
         guess = guess.join(" or "), name = guess.first().map_or("", String::as_str)
     )]
     NoGroup { column: String, previous: f64, found: f64, guess: Vec<String> },
     #[error(
-        "column {column}: expected a spacing above 0 m, found {found}, and none that is; check that it is bumper to bumper, and its sign"
+        "column {column}: expected a spacing above 0 m, found {found}, and none above 0; check that it is bumper to bumper, and its sign"
     )]
     Spacing { column: String, found: f64 },
     #[error(
@@ -202,19 +202,19 @@ pub enum ProblemKind {
     )]
     MappedStep { column: String, shortest: f64, longest: f64, found: f64 },
     #[error(
-        "columns {a} and {b} contradict each other: the first changes {ratio:.3} times as much as the second says; {hint}; check_units = false there takes them as they are"
+        "columns {a} and {b} contradict each other: the first changes {ratio:.3} times as much as the second implies; {hint}; check_units = false there accepts them unchanged"
     )]
     UnitsContradict { a: String, b: String, ratio: f64, hint: String },
     #[error(
-        "vehicle {id} is at {found} s for the second time, first in line {first}, and the two rows differ; remove one of them, or name the column that tells recordings apart as group in the column map"
+        "vehicle {id} is at {found} s for the second time, first in line {first}, and the two rows differ; remove one of them, or name the column that distinguishes recordings as group in the column map"
     )]
     VehicleTwice { id: String, found: f64, first: u64 },
     #[error(
-        "no vehicle of {vehicles} drives behind another one in the same lane for {needed} s, the longest for {longest} s; are lane and position the right columns, and is direction?"
+        "none of {vehicles} vehicles drives behind another one in the same lane for {needed} s, the longest for {longest} s; are lane and position the right columns, and is direction?"
     )]
     NobodyAhead { vehicles: usize, longest: f64, needed: f64 },
     #[error(
-        "no vehicle of {vehicles} follows another one of the table for {needed} s, the longest for {longest} s; is {column} the right column of the vehicle ahead?"
+        "none of {vehicles} vehicles follows another one of the table for {needed} s, the longest for {longest} s; is {column} the right column of the vehicle ahead?"
     )]
     NoPairs { column: String, vehicles: usize, longest: f64, needed: f64 },
 }
@@ -237,10 +237,10 @@ fn quoted(text: &str) -> String {
     format!("\"{}\"", clipped(text))
 }
 
-/// That a column map reads other separators.
+/// A hint that a column map reads other separators.
 fn by_map(separator: Option<&str>) -> String {
     separator.map_or_else(String::new, |name| {
-        format!(", or read it as it is by a column map (--columns) with separator = \"{name}\"; decimal = \"comma\" there reads decimal commas")
+        format!(", or read it by a column map (--columns) with separator = \"{name}\"; decimal = \"comma\" there reads decimal commas")
     })
 }
 
@@ -253,7 +253,7 @@ fn some(names: &[String]) -> String {
     text
 }
 
-/// Which columns are missing, said once however many they are.
+/// Missing columns, in one message for any number.
 fn missing(
     columns: &[String],
     has: &[String],

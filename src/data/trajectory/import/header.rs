@@ -24,7 +24,7 @@ pub(in crate::trajectory) fn split_at<'a>(line: &'a str, separator: char, fields
     loop {
         let rest = &line[start..];
         let blank = rest.len() - rest.trim_start_matches([' ', '\t']).len();
-        // Where tabs separate, they are no blanks.
+        // If tabs separate, they are not blanks.
         let blank = if separator == '\t' { rest.len() - rest.trim_start_matches(' ').len() } else { blank };
         let body = &rest[blank..];
         let quoted = body.strip_prefix('"').and_then(|inner| inner.find('"')).map(|end| end + 2);
@@ -48,7 +48,7 @@ pub(in crate::trajectory) fn column_of(line: &str, start: usize) -> usize {
     line[..start].chars().count() + 1
 }
 
-/// Stops if the line is separated by semicolons or tabs; `mapped` if a column map could read the file all the same.
+/// Stops if semicolons or tabs separate the fields of the line; `mapped` if a column map could read the file nevertheless.
 pub(in crate::trajectory) fn check_separator(
     line: &str,
     number: u64,
@@ -57,7 +57,7 @@ pub(in crate::trajectory) fn check_separator(
 ) -> Result<(), Stop> {
     let commas = line.matches(',').count();
     for (separator, found, name) in [(';', "semicolons", "semicolon"), ('\t', "tabs", "tab")] {
-        // Decimal commas are as many, where a line has numbers.
+        // Decimal commas are as frequent, if a line has numbers.
         let separates = line.contains(separator) && line.split(separator).all(is_number);
         if separates || line.matches(separator).count() > commas {
             let column = line.find(separator).map(|byte| column_of(line, byte));
@@ -93,10 +93,10 @@ pub(in crate::trajectory) struct Header {
     columns: Vec<usize>,
 }
 
-/// For tables of one's own with other names.
-pub(in crate::trajectory) const OWN_NAMES: &str = "read the table as it is with --columns (`leadlag list columns`)";
+/// For users' tables with other names.
+pub(in crate::trajectory) const OWN_NAMES: &str = "read the table with --columns (`leadlag list columns`)";
 
-/// Nine cars of OpenACC have 71 columns; what is done per column and name must not grow into hours.
+/// Nine cars of OpenACC have 71 columns; the work per column and name must not grow into hours.
 const COLUMNS_MAX: usize = 2000;
 
 impl Header {
@@ -107,12 +107,12 @@ impl Header {
         Header::of(text, line, &fields, problems)
     }
 
-    /// The header of a file that has none: these names, no line.
+    /// The header of a file without one: these names, no line.
     pub fn named(names: &[String]) -> Self {
         Header { line: 0, names: names.to_vec(), columns: vec![1; names.len()] }
     }
 
-    /// The header of a line that is split already.
+    /// The header of a line that is already split.
     pub fn of(text: &str, line: u64, fields: &[Field], problems: &mut Problems) -> Result<Self, Stop> {
         let mut fields = fields.to_vec();
         while fields.last().is_some_and(|field| field.text.is_empty()) {
@@ -142,7 +142,7 @@ impl Header {
         self.names.iter().position(|n| n == name)
     }
 
-    /// The same without regard to case, where that is no other column's name.
+    /// The same without regard to case, if no other column has that name.
     pub fn find_in_any_case(&self, name: &str) -> Option<usize> {
         self.find(name).or_else(|| {
             let mut alike = (0..self.names.len()).filter(|&place| self.names[place].eq_ignore_ascii_case(name));
@@ -157,7 +157,7 @@ impl Header {
         self.missing(&missing, needed, known, advice, problems);
     }
 
-    /// Records that these columns are missing, if there are any; `advice` is what else helps.
+    /// Records missing columns, if any; `advice` is an additional remedy.
     pub fn missing(&self, columns: &[&str], needed: &[&str], known: &[&str], advice: &str, problems: &mut Problems) {
         if columns.is_empty() {
             return;
@@ -204,17 +204,17 @@ impl Header {
     }
 }
 
-/// The candidate that `name` is a likely misspelling of: at most two edits apart, case and blanks not counted.
+/// The likely correct name for `name`: at most two edits away, ignoring case and blanks.
 pub(in crate::trajectory) fn nearest<'a>(name: &str, candidates: impl Iterator<Item = &'a str>) -> Option<&'a str> {
     // The distance takes quadratic time; no known column is longer.
     if name.len() > 40 {
         return None;
     }
-    // Less than a third of the letters: it is an error to have such a column, so other words must not be taken for one.
+    // Less than a third of the letters: a misspelt column is an error, so other words must not match.
     nearest_within(name, candidates, |candidate| (candidate.len().saturating_sub(1) / 3).min(2))
 }
 
-/// What a column holds by the names of the layouts, and other names that people give it. Numbers of cars are not part of them.
+/// Content of a column by the names of the layouts, and by other common names. Numbers of cars are not part of them.
 const SYNONYMS: [(&[&str], &[&str]); 4] = [
     (&["time_s", "Time", "Time_Index"], &["t", "time", "timestamp", "seconds", "sec", "clock"]),
     (
@@ -242,7 +242,7 @@ const SYNONYMS: [(&[&str], &[&str]); 4] = [
     ),
 ];
 
-/// True for a name that is likely to stand for this column: misspelt, or another word.
+/// True for a name that probably means this column: misspelt, or another word.
 pub(super) fn stands_for(name: &str, column: &str) -> bool {
     nearest(name, std::iter::once(column)).is_some() || synonym(column, std::iter::once(name)).is_some()
 }
@@ -262,7 +262,7 @@ fn synonym<'a>(name: &str, mut candidates: impl Iterator<Item = &'a str>) -> Opt
     })
 }
 
-/// A name without what people write one way or the other.
+/// A name without its variable parts, such as case and separators.
 fn plain(text: &str) -> String {
     text.to_lowercase().replace([' ', '-'], "_")
 }

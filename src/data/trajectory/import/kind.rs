@@ -1,8 +1,8 @@
-//! Files that are no text tables, named for what they are.
+//! Files that are not text tables, with their kind in the message.
 
 use super::parquet::MAGIC;
 
-/// What the first bytes of a file say that it is, and what to do with it; `None` where it may be a table.
+/// Kind of a file by its first bytes, and the remedy; `None` if it may be a table.
 pub(super) fn of(start: &[u8]) -> Option<(&'static str, &'static str)> {
     let text = String::from_utf8_lossy(&start[..start.len().min(LOOKED_AT)]);
     let has = |word: &[u8]| start.windows(word.len()).any(|window| window == word);
@@ -37,7 +37,7 @@ pub(super) fn of(start: &[u8]) -> Option<(&'static str, &'static str)> {
     found.or_else(|| is_json(&text).then_some(("JSON", "write its records as rows of a CSV table")))
 }
 
-/// So much of a file is looked at \[bytes\].
+/// Length of the examined part of a file \[bytes\].
 const LOOKED_AT: usize = 4096;
 
 fn is_xml(text: &str) -> bool {
@@ -45,7 +45,7 @@ fn is_xml(text: &str) -> bool {
     text.starts_with("<?xml") || (text.starts_with('<') && text.contains('>'))
 }
 
-/// An object, or a list of what JSON has; a header between brackets is none.
+/// An object, or a list of JSON values; a header between brackets is none.
 fn is_json(text: &str) -> bool {
     let text = text.trim_start_matches('\u{feff}').trim_start();
     let inside = |bracket| text.strip_prefix(bracket).map(str::trim_start);

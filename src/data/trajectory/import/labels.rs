@@ -1,4 +1,4 @@
-//! `Labels.csv` of the paper's authors: which car drove where, and how long it is.
+//! `Labels.csv` of the paper's authors: which car drove where, and its length.
 
 use super::header::{Header, column_of, split};
 use super::lines::Lines;

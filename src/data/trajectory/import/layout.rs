@@ -1,4 +1,4 @@
-//! The file layouts that are known, and how a file is recognised.
+//! The known file layouts, and how a file is recognised.
 
 use super::header::{Field, split, stands_for};
 use crate::text::spelling::{any_of, did_you_mean};
@@ -67,16 +67,16 @@ impl FromStr for Layout {
     }
 }
 
-/// The layout that the first line of a file belongs to: the one most of whose columns it has, misspelt ones and other words for them
+/// The layout of the first line of a file: the one most of whose columns it has, misspelt ones and other words for them
 /// included.
-/// Both OpenACC layouts begin alike; which of them it is shows in the header.
+/// Both OpenACC layouts begin alike; the header distinguishes them.
 pub(super) fn detect(first_line: &str) -> Option<Layout> {
     let mut fields = Vec::new();
     split(first_line, &mut fields);
     if fields[0].text.eq_ignore_ascii_case("Date") {
         return Some(Layout::OpenAcc);
     }
-    // A sample of columns is enough to tell the layouts apart.
+    // A sample of columns is enough to distinguish the layouts.
     let typical: [(Layout, &[&str]); 4] = [
         (Layout::OpenAcc, &["Time", "Speed1", "Speed2", "IVS1"]),
         (Layout::AstazeroProcessed, &["Time", "SpeedDoppler1", "SpeedDoppler2", "Spacing2", "Accel1", "X1"]),
@@ -84,7 +84,7 @@ pub(super) fn detect(first_line: &str) -> Option<Layout> {
         (Layout::Pair, super::pair::COLUMNS),
     ];
     let score = |columns: &[&str]| {
-        // Tables of all kinds have a column called Time.
+        // All kinds of tables have a column called Time.
         let of = |field: &Field| match columns.contains(&field.text) && field.text != "Time" {
             true => 10,
             false => i32::from(columns.iter().any(|column| stands_for(field.text, column))),
@@ -94,8 +94,8 @@ pub(super) fn detect(first_line: &str) -> Option<Layout> {
     let scores = typical.map(|(layout, columns)| (score(columns), layout));
     scores
         .into_iter()
-        // `max_by_key` keeps the last of equals: a table with names of its own is most easily made a pair file. One name that
-        // may stand for something makes no layout.
+        // `max_by_key` keeps the last of equals: a table with names of its own is most easily made a pair file. One name
+        // with several meanings does not decide the layout.
         .max_by_key(|&(score, _)| score)
         .filter(|&(score, _)| score > 1)
         .map(|(_, layout)| layout)

@@ -16,11 +16,11 @@ pub(in crate::trajectory) struct Lines<R> {
     number: u64,
     /// Bytes of text so far.
     text: u64,
-    /// What each line takes in memory \[bytes\].
+    /// Memory of each line \[bytes\].
     row: u64,
-    /// The most that all lines may have, of text as of memory \[bytes\].
+    /// Largest size of all lines, of text as of memory \[bytes\].
     most: u64,
-    /// True if the line in the buffer is to come once more.
+    /// True if the line in the buffer is to be returned once more.
     back: bool,
     /// False if the line read last was ended by the end of the file.
     pub terminated: bool,
@@ -41,7 +41,7 @@ impl<R: Read> Lines<R> {
         }
     }
 
-    /// Of each line from here on so many columns are kept.
+    /// From this line on, each line keeps this many columns.
     pub fn keep(&mut self, columns: usize) {
         self.row = ROW + 8 * columns as u64;
     }
@@ -90,7 +90,7 @@ impl<R: Read> Lines<R> {
         self.text(problems).map(Some)
     }
 
-    /// The line read last comes once more.
+    /// The next call returns the last line once more.
     pub fn unread(&mut self) {
         self.back = true;
         self.number -= 1;
@@ -135,7 +135,7 @@ impl<R: Read> Lines<R> {
         Err(problems.stop(self.number, Some(column), kind))
     }
 
-    /// SHA-256 of what was read, lower-case hexadecimal; the whole file once `next` has returned `None`.
+    /// SHA-256 of the bytes read, lower-case hexadecimal; of the whole file once `next` has returned `None`.
     pub fn sha256(self) -> String {
         hexadecimal(&self.hash.finalize())
     }
@@ -166,7 +166,7 @@ mod tests {
         assert_eq!(read(1000 * row, 3), Ok(1000));
         let said = read(500 * row, 3).expect_err("too many rows");
         assert!(said.starts_with("table.csv:501: expected a table of at most "), "{said}");
-        // Wider rows are fewer; and long lines count by their text.
+        // A file has fewer wide rows, and long lines count by their text.
         assert!(read(500 * row, 20).expect_err("too many numbers").starts_with("table.csv:264:"));
         let long = format!("{}\n", "1".repeat(1000)).repeat(10);
         let mut lines = Lines { most: 5000, ..Lines::new(long.as_bytes()) };

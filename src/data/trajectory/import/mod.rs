@@ -40,7 +40,7 @@ const LABELS: &str = "Labels.csv";
 /// The grade of the road, likewise.
 const SLOPE: &str = "Slope.csv";
 
-/// True for a table that is read with others and has no trajectories itself.
+/// True for a table that accompanies others and has no trajectories itself.
 #[must_use]
 pub fn is_companion(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name == LABELS || name == SLOPE)
@@ -49,7 +49,7 @@ pub fn is_companion(path: &Path) -> bool {
 /// Reads a file of measured trajectories; without a layout, the header decides.
 ///
 /// For the authors' processed layout `Labels.csv` (names, lengths) and `Slope.csv` (grade) are read from the
-/// same folder where they exist.
+/// same folder if they exist.
 ///
 /// # Errors
 /// [`ImportError`], with line and column of the first problems of the file.
@@ -135,7 +135,7 @@ fn platoons<R: Read>(
     let line = lines.number();
     let mut fields = Vec::new();
     split(&first, &mut fields);
-    // Metadata before the header are in the way of a column map.
+    // Metadata before the header are an obstacle for a column map.
     let bare = !first.to_ascii_lowercase().starts_with("date");
     header::check_separator(&first, line, bare, problems)?;
     header::check_names(&fields, problems)?;
@@ -160,7 +160,7 @@ fn platoons<R: Read>(
     Ok((chosen, platoons))
 }
 
-/// The text of a file: as it is, unpacked where it is packed by gzip, or the rows of a Parquet table.
+/// The text of a file: unchanged, unpacked if it is packed by gzip, or the rows of a Parquet table.
 pub(super) fn open(path: &Path) -> Result<Box<dyn Read>, ImportError> {
     Ok(opened(path)?.0)
 }
@@ -183,10 +183,10 @@ fn opened(path: &Path) -> Result<(Box<dyn Read>, bool), ImportError> {
     Ok((Box::new(file), false))
 }
 
-/// What a file that is packed by gzip begins with.
+/// First bytes of a gzip file.
 const GZIP: [u8; 2] = [0x1F, 0x8B];
 
-/// A last line without an end may have lost digits that nobody can see.
+/// A last line without an end may have lost digits.
 fn note_end(terminated: bool, lines: &[u64], notes: &mut Vec<Note>) {
     if let (false, Some(&line)) = (terminated, lines.last()) {
         notes.push(Note::OpenEnd { line });

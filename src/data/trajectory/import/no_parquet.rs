@@ -1,10 +1,10 @@
-//! Stands in for the reader of Parquet files where the library is built without the feature `parquet`.
+//! Replaces the reader of Parquet files if the library is built without the feature `parquet`.
 
 use crate::trajectory::error::ImportError;
 use std::fs::File;
 use std::io::{self, Read};
 
-/// What a Parquet file begins with.
+/// First bytes of a Parquet file.
 pub(super) const MAGIC: [u8; 4] = *b"PAR1";
 
 /// No text is ever read.

@@ -12,10 +12,10 @@ use std::io::Read;
 /// First words of the metadata lines, in file order.
 const METADATA: [&str; 5] = ["Date", "Vehicle_order", "Number_of_vehicles", "ACC", "Distance_setting"];
 
-/// What may come before the number of a car (IVS: of the front car of a gap) in a column name.
+/// Prefixes of the number of a car (IVS: of the front car of a gap) in a column name.
 const SIGNALS: [&str; 12] = ["Speed", "IVS", "Driver", "Lat", "Lon", "Alt", "E", "N", "U", "VE", "VN", "VU"];
 
-/// Reads the file whose first line is `first`; also tells which of the two layouts it has.
+/// Reads the file whose first line is `first`; also returns which of the two layouts it has.
 pub(super) fn read<R: Read>(
     first: String,
     lines: &mut Lines<R>,
@@ -24,7 +24,7 @@ pub(super) fn read<R: Read>(
 ) -> Result<(Layout, Vec<Platoon>), Stop> {
     let mut fields = Vec::new();
     split(&first, &mut fields);
-    // The metadata name the cars, and nothing else of them is needed.
+    // The metadata name the cars; the rest of them is not needed.
     if fields.iter().any(|field| field.text.eq_ignore_ascii_case("Time")) {
         let header = Header::parse(&first, lines.number(), problems)?;
         return table(&header, &[], lines, problems, skipped);
@@ -38,7 +38,7 @@ pub(super) fn read<R: Read>(
     table(&header, &names, lines, problems, skipped)
 }
 
-/// The platoon below a header; also tells which of the two layouts it has.
+/// The platoon below a header; also returns which of the two layouts it has.
 fn table<R: Read>(
     header: &Header,
     names: &[String],
@@ -85,7 +85,7 @@ fn metadata<R: Read>(first: String, lines: &mut Lines<R>, problems: &mut Problem
     Ok(names)
 }
 
-/// `IVS12` is (`IVS`, 12); a name without a number (or with one from another planet) has none.
+/// `IVS12` is (`IVS`, 12); a name without a number (or with one that is too large) has none.
 fn signal_and_number(name: &str) -> (&str, Option<usize>) {
     let signal = name.trim_end_matches(|c: char| c.is_ascii_digit());
     let number = name[signal.len()..].parse().ok();
@@ -129,7 +129,7 @@ impl Columns {
             }
         }
         let needed = ["Time", "Speed1", "Speed2", "IVS1"];
-        // Which cars there are is free, so only the lack of any counts, and a misspelt column has been reported.
+        // Any set of cars is valid, so only the lack of all is an error, and a misspelt column has been reported.
         let known: Vec<&str> = header.names.iter().map(String::as_str).collect();
         let known: Vec<&str> = known.into_iter().filter(|name| is_known(name)).collect();
         let misspelt = problems.check().is_err();

@@ -47,7 +47,7 @@ pub(super) fn read<R: Read>(
     let wanted =
         Wanted { numbers: present.iter().map(|&(n, c)| (c, meaning(n))).collect(), texts: Vec::new(), group: None };
     let mut table = read_rows(lines, &header, &wanted, problems, skipped)?;
-    // One pair, so what costs a value costs the file.
+    // One pair, so a broken value concerns the whole file.
     table.refuse(problems)?;
     let mut notes: Vec<Note> = table.repeated.clone().into_iter().collect();
     for (car, signal) in [(1, "lead2_spacing_m"), (2, "spacing_m")] {

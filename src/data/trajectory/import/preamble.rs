@@ -1,4 +1,4 @@
-//! What people put around the header of a table: comments before it, and a row of units behind it.
+//! Additions around the header of a table: comments before it, and a row of units after it.
 
 use super::header::{Field, split};
 use super::lines::Lines;
@@ -6,8 +6,8 @@ use super::problems::{Problems, Stop};
 use crate::trajectory::Note;
 use std::io::Read;
 
-/// The first line that is no comment, and what was left out before it. A comment is the header where `named`, the number of
-/// columns that a line names, is two or more, or where numbers follow it.
+/// The first line that is not a comment, and the lines before it. A comment is the header if `named`, the number of
+/// columns that a line names, is two or more, or if numbers follow it.
 pub(super) fn header<R: Read>(
     lines: &mut Lines<R>,
     problems: &mut Problems,
@@ -77,7 +77,7 @@ pub(super) fn bare(unit: &str) -> String {
     unit.trim_matches(['[', ']', '(', ')', '"', ' ']).to_lowercase()
 }
 
-/// True if a row holds the units of its columns: all that it has are units, and one at least is no number.
+/// True if a row holds the units of its columns: it has units only, and at least one is not a number.
 pub(super) fn is_units(fields: &[Field]) -> bool {
     let given = || fields.iter().map(|field| field.text).filter(|text| !text.is_empty());
     let bracketed = |text: &str| text.starts_with(['[', '(']) && text.ends_with([']', ')']);

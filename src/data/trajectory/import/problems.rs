@@ -3,7 +3,7 @@
 use crate::trajectory::error::{Faults, ImportError, Problem, ProblemKind};
 use std::io;
 
-/// Reading cannot go on.
+/// Reading cannot continue.
 #[derive(Debug)]
 pub(in crate::trajectory) enum Stop {
     /// The reason is the last of the collected problems.
@@ -19,12 +19,12 @@ pub(in crate::trajectory) struct Problems {
 }
 
 impl Problems {
-    /// Records a problem; reading may go on.
+    /// Records a problem; reading may continue.
     pub fn add(&mut self, line: u64, column: Option<usize>, kind: ProblemKind) {
         self.found.add(Problem { line, column, kind });
     }
 
-    /// Takes what would have cost single cars, for a file of which none is left.
+    /// Adds the faults of single cars, for a file without a usable car.
     pub fn adopt(&mut self, faults: impl IntoIterator<Item = Faults>) {
         faults.into_iter().for_each(|faults| self.found.merge(faults));
     }

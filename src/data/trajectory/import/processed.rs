@@ -8,7 +8,7 @@ use super::table::{Meaning, WHOLE, Wanted, read_rows};
 use crate::trajectory::{Car, Faults, Note, Platoon};
 use std::io::Read;
 
-/// More cars than this in one platoon are not looked for.
+/// Largest number of cars in one platoon.
 const CARS_MAX: usize = 100;
 
 /// Reads the file whose first line is `first`.

@@ -1,4 +1,4 @@
-//! The rows below a header: numbers checked by what their column means.
+//! The rows below a header: numbers checked by the meaning of their column.
 
 use super::header::{Field, Header, column_of, split};
 use super::lines::Lines;
@@ -13,23 +13,23 @@ use std::io::Read;
 
 /// A speed above this is in another unit \[m/s\] (324 km/h).
 pub(super) const SPEED_LIMIT: f64 = 90.0;
-/// A speed below this is no sensor noise at standstill \[m/s\].
+/// A speed below this is not sensor noise at standstill \[m/s\].
 pub(super) const REVERSE_LIMIT: f64 = -0.5;
-/// No car follows another from further away \[m\].
+/// No car follows another one at a larger distance \[m\].
 const SPACING_LIMIT: f64 = 1e4;
 /// No road is longer \[m\]; beyond it a double no longer resolves fractions of a millimetre anyway.
 pub(in crate::trajectory) const POSITION_LIMIT: f64 = 1e9;
 /// The sine of no road's grade is beyond this.
 pub(in crate::trajectory) const GRADE_LIMIT: f64 = 0.5;
 
-/// What the numbers of a column mean, so what they may be.
+/// Meaning of the numbers of a column, and so their range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Meaning {
     /// Strictly increasing \[s\]; never missing.
     Time,
     /// \[m/s\], within the limits above.
     Speed,
-    /// Bumper to bumper \[m\]; what is not above 0 counts as missing.
+    /// Bumper to bumper \[m\]; values that are not above 0 are missing.
     Spacing,
     /// Along the road \[m\].
     Position,
@@ -41,7 +41,7 @@ pub(super) enum Meaning {
 
 /// Which columns to read.
 pub(super) struct Wanted {
-    /// Column of the header, and what it means.
+    /// Column of the header, and its meaning.
     pub numbers: Vec<(usize, Meaning)>,
     /// Columns of text.
     pub texts: Vec<usize>,
@@ -59,13 +59,13 @@ pub(super) struct Table {
     pub texts: Vec<Vec<(usize, String)>>,
     /// False if the last row has no line end.
     pub terminated: bool,
-    /// Which of several trajectories of its group each row belongs to, from 0: a group whose time starts anew has several.
+    /// Which of several trajectories of its group each row belongs to, from 0: a group whose time restarts has several.
     pub pieces: Vec<u32>,
-    /// Rows that were taken once although they stand there more often.
+    /// Repeated rows that were taken once.
     pub repeated: Option<Note>,
-    /// What is wrong with single values, by group, piece and place in `Wanted::numbers`.
+    /// Faults of single values, by group, piece and place in `Wanted::numbers`.
     faults: BTreeMap<(String, u32, usize), Faults>,
-    /// How many spacings are above 0, how many are not, and the first of those, by the same.
+    /// Numbers of spacings above 0 and of the others, and the first of those, by the same.
     spacings: BTreeMap<(String, u32, usize), Spacings>,
 }
 
@@ -88,7 +88,7 @@ struct Axis {
     piece: u32,
 }
 
-/// What a row is told apart by from one with the same time.
+/// Key that distinguishes a row from another one with the same time.
 pub(super) fn fingerprint(line: &str) -> u64 {
     let mut hasher = DefaultHasher::new();
     hasher.write(line.as_bytes());
@@ -149,7 +149,7 @@ pub(super) fn read_rows<R: Read>(
     }
 }
 
-/// Skips a row of units behind the header, which must be those that the columns are read in.
+/// Skips a row of units behind the header, which must be the units of the columns.
 fn units_row<R: Read>(
     lines: &mut Lines<R>,
     header: &Header,
@@ -257,7 +257,7 @@ impl Table {
         self.repeated = Some(Note::RowsRepeated { rows: rows + 1, line });
     }
 
-    /// Missing where a spacing is not above 0, which is counted.
+    /// A spacing that is not above 0 is missing, and counted.
     fn positive(
         &mut self,
         value: Result<f64, ProblemKind>,
@@ -292,25 +292,25 @@ impl Table {
         }
     }
 
-    /// What is wrong with a column of numbers, by its place among those wanted, in a piece of a group.
+    /// Faults of a column of numbers, by its place among those wanted, in a piece of a group.
     pub fn faults(&self, (group, piece): (&str, u32), place: usize) -> Faults {
         self.faults.get(&(group.to_owned(), piece, place)).cloned().unwrap_or_default()
     }
 
-    /// That spacings of a column are not above 0, if some are not.
+    /// Note that spacings of a column are not above 0, if some are not.
     pub fn no_gap(&self, (group, piece): (&str, u32), place: usize, car: usize, signal: &str) -> Option<Note> {
         let samples = self.spacings.get(&(group.to_owned(), piece, place)).map_or(0, |spacings| spacings.not);
         (samples > 0).then(|| Note::NoGap { car, signal: signal.to_owned(), samples })
     }
 
-    /// Everything that is wrong with single values is wrong with the file, for it has nothing else.
+    /// All faults of single values become faults of the file, because it has nothing else.
     pub fn refuse(&self, problems: &mut Problems) -> Result<(), Stop> {
         problems.adopt(self.faults.values().cloned());
         problems.check()
     }
 }
 
-/// What programs write where they have no value.
+/// Marks of missing values in the output of common programs.
 const MISSING: [&str; 8] = ["", "nan", "na", "n/a", "#n/a", "null", "none", "-"];
 
 /// True for an empty field, and for a word that means the same.
@@ -318,7 +318,7 @@ pub(in crate::trajectory) fn is_missing(text: &str) -> bool {
     MISSING.iter().any(|word| text.eq_ignore_ascii_case(word))
 }
 
-/// A number, NaN if it is missing, or what is wrong with it.
+/// A number, NaN if it is missing, or its fault.
 pub(in crate::trajectory) fn finite(text: &str, column: &str) -> Result<f64, ProblemKind> {
     if is_missing(text) {
         return Ok(f64::NAN);

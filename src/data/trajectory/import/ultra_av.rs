@@ -92,7 +92,7 @@ struct Columns<'a> {
 }
 
 impl Columns<'_> {
-    /// One platoon per trajectory, in order of appearance. Of trajectories that bear the same id the later ones are numbered.
+    /// One platoon per trajectory, in order of appearance. Of trajectories with the same id the later ones are numbered.
     fn platoons(&self) -> Vec<Platoon> {
         let groups = self.groups();
         let ids: HashSet<&str> = groups.iter().map(|(id, ..)| *id).collect();
@@ -141,7 +141,7 @@ impl Columns<'_> {
         self.numbers.iter().position(|n| *n == name)
     }
 
-    /// What is wrong with some of the columns of a trajectory.
+    /// Faults of some of the columns of a trajectory.
     fn faults(&self, piece: (&str, u32), names: &[&str]) -> Faults {
         let mut faults = Faults::default();
         names
@@ -178,7 +178,7 @@ impl Columns<'_> {
             notes.push(Note::LengthDerived {
                 car: 1,
                 length_m,
-                from: "headway and gap, both cars taken to be equally long".to_owned(),
+                from: "headway and gap, for cars of equal length".to_owned(),
             });
         }
         let text = |name: &str| self.text(name, rows[0]).unwrap_or_default();

@@ -12,7 +12,7 @@ use std::ops::Range;
 
 /// Longest time offset that is tried between gap and speeds \[samples\].
 const SHIFT_MAX: usize = 20;
-/// An offset is believed only if it removes this share of the disagreement.
+/// An offset is accepted only if it removes this share of the disagreement.
 const SHIFT_GAIN: f64 = 0.1;
 
 /// One link, named after the follower's car number.
@@ -24,7 +24,7 @@ pub struct LinkInspection {
     pub signal: String,
     /// Central difference of the gap over time, minus the speed difference.
     pub gap_rate_rms_mps: Option<f64>,
-    /// Time by which the speeds lie behind the gap where they agree best.
+    /// Delay of the speeds against the gap at the best agreement.
     pub speeds_late_s: f64,
     /// Their disagreement there.
     pub gap_rate_rms_aligned_mps: Option<f64>,
@@ -32,9 +32,9 @@ pub struct LinkInspection {
     pub drift_rms_m: Option<f64>,
     pub drift_m_per_km: Option<f64>,
     pub longest_complete_s: f64,
-    /// By how many times the gap changes as much as the speeds say, where that is certain and not about 1.
+    /// Ratio of the change of the gap to that by the speeds, if it is certain and not about 1.
     pub gap_factor: Option<f64>,
-    /// What is wrong with the signals.
+    /// Faults of the signals.
     pub findings: Vec<Finding>,
 }
 
@@ -92,7 +92,7 @@ fn longest_complete(axis: &Axis, complete: impl Fn(usize) -> bool) -> Range<usiz
 }
 
 /// Residual of the gap against the integrated speeds: rms \[m\] and slope over the follower's path \[m/km\]. A single sample, or none,
-/// says nothing of it.
+/// does not determine it.
 fn drift(t: &[f64], gap: &[f64], dv: &[f64], v_f: &[f64], range: Range<usize>) -> Option<(f64, f64)> {
     if range.len() < 2 {
         return None;
@@ -118,7 +118,7 @@ mod tests {
         let (t, gap, v) = ([0.0, 1.0, 2.0, 3.0], [10.0, 11.0, 12.0, 13.0], [5.0; 4]);
         let of = |range| drift(&t, &gap, &[0.0; 4], &v, range);
         assert_eq!([of(0..0), of(4..4), of(2..3)], [None; 3]);
-        // The gap grows by 1 m in 5 m of way although the speeds are the same.
+        // The gap grows by 1 m in 5 m of distance although the speeds are the same.
         let (rms, slope) = of(1..3).expect("two samples");
         assert!((rms - 0.5f64.sqrt()).abs() < 1e-12 && (slope - 200.0).abs() < 1e-9, "{rms} {slope}");
     }

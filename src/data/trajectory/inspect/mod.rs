@@ -1,4 +1,4 @@
-//! What a recording holds and how good it is, before anything is done to it.
+//! Content and quality of a recording, before any preparation.
 
 mod display;
 mod link;
@@ -22,7 +22,7 @@ pub const STANDSTILL_MPS: f64 = 0.1;
 /// More missing values than this deserve a warning \[share\].
 const MISSING_WARNING: f64 = 0.1;
 
-/// Everything that can be said about a recording. Units are in the names; `None` where there is nothing to measure.
+/// Properties of a recording. Units are in the names; `None` if there is nothing to measure.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct Inspection {
@@ -51,21 +51,21 @@ pub struct PlatoonInspection {
     pub links: Vec<LinkInspection>,
     /// One per car with a car ahead and a gap to it, measured or by positions.
     pub followers: Vec<FollowerInspection>,
-    /// What the importer did or noticed.
+    /// Changes and notes of the importer.
     pub notes: Vec<Note>,
-    /// What looks wrong, in words.
+    /// Apparent faults, in words.
     pub warnings: Vec<String>,
 }
 
-/// What is left of a follower between gaps that are too long to be interpolated.
+/// Pieces of a follower between gaps that are too long to be interpolated.
 #[derive(Debug, Clone, Serialize)]
 #[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct FollowerInspection {
     /// 1 = the car right behind the platoon leader.
     pub follower: usize,
-    /// Gaps of more than this are not interpolated unless somebody asks for it.
+    /// Gaps of more than this are not interpolated by default.
     pub max_gap_s: f64,
-    /// What a calibration can choose from, in the order of time; empty if it would refuse the follower.
+    /// The choices of a calibration, in the order of time; empty if it would refuse the follower.
     pub segments: Vec<Stretch>,
     /// Why it would.
     pub refused: Option<String>,
@@ -76,7 +76,7 @@ pub struct FollowerInspection {
 #[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct Sampling {
     pub step_s: f64,
-    /// Steps that are no whole number of `step_s`.
+    /// Steps that are not multiples of `step_s`.
     pub irregular_steps: usize,
     /// Rows missing between regular steps.
     pub missing_rows: usize,
@@ -88,8 +88,8 @@ pub struct Sampling {
 #[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct CarInspection {
     pub number: usize,
-    /// What `--follower` calls it: 1 = the car right behind the platoon leader. `None` for the leader, for a car behind one that
-    /// is not in the file, and in tables of a column map, where it is called by its id.
+    /// Its number for `--follower`: 1 = the car right behind the platoon leader. `None` for the leader, for a car behind one that
+    /// is not in the file, and in tables of a column map, which use its id.
     pub follower: Option<usize>,
     pub name: String,
     pub length_m: Option<f64>,
@@ -101,9 +101,9 @@ pub struct CarInspection {
     pub sin_grade: Option<SignalInspection>,
     /// Time below 0.1 m/s.
     pub standstill_s: f64,
-    /// Integral of the measured speed, missing stretches and pauses left out.
+    /// Integral of the measured speed, without missing stretches and pauses.
     pub driven_m: f64,
-    /// Position change per step minus mean speed of the step; pauses and the ends of laps left out.
+    /// Position change per step minus mean speed of the step, without pauses and the ends of laps.
     pub position_speed_rms_mps: Option<f64>,
     /// Acceleration column minus the difference of the speed to the next sample.
     pub forward_difference_rms_mps2: Option<f64>,
@@ -187,7 +187,7 @@ fn sampling(axis: &Axis) -> Sampling {
     }
 }
 
-/// What a car is called as a follower.
+/// Name of a car as a follower.
 fn follower_of(car: &Car, platoon: &Platoon, recording: &Recording) -> Option<usize> {
     let ahead = car
         .number
@@ -229,7 +229,7 @@ fn car(car: &Car, follower: Option<usize>, axis: &Axis) -> CarInspection {
     }
 }
 
-/// What a calibration would find of each follower.
+/// Result of the preparation for each follower.
 fn followers(platoon: &Platoon, recording: &Recording) -> Vec<FollowerInspection> {
     let mut followers = Vec::new();
     for ego in platoon.cars.iter().filter(|car| car.number > 1 && (car.gap.is_some() || car.x.is_some())) {
@@ -246,7 +246,7 @@ fn followers(platoon: &Platoon, recording: &Recording) -> Vec<FollowerInspection
     followers
 }
 
-/// Why a follower would be refused, unless other warnings say it for the whole file.
+/// Why a follower would be refused, unless other warnings cover the whole file.
 fn refusal(error: &PrepareError) -> Option<String> {
     let known = matches!(error, PrepareError::StepTooLong { .. } | PrepareError::Irregular { .. });
     (!known).then(|| error.to_string())
@@ -313,7 +313,7 @@ fn warnings(
 }
 
 impl PlatoonInspection {
-    /// The kinds of faults that move what is calibrated, each once.
+    /// The kinds of faults that change the calibration, each once.
     fn doubts(&self) -> Vec<&'static str> {
         let findings = self.links.iter().flat_map(|link| &link.findings).filter(|finding| finding.matters);
         let mut kinds: Vec<&str> = findings.map(|finding| finding.kind.into_str()).collect();
@@ -327,7 +327,7 @@ impl FollowerInspection {
     fn warning(&self) -> Option<String> {
         let FollowerInspection { follower, max_gap_s, segments, refused } = self;
         if let Some(why) = refused {
-            return Some(format!("follower {follower} cannot be calibrated as it is: {why}"));
+            return Some(format!("follower {follower} cannot be calibrated: {why}"));
         }
         let (longest, _) = Stretch::longest(segments);
         let first = longest.first().filter(|_| segments.len() > 1)?;
@@ -339,7 +339,7 @@ impl FollowerInspection {
     }
 }
 
-/// A time step without the digits that nobody reads \[s\].
+/// A time step without insignificant digits \[s\].
 fn rounded(step: f64) -> f64 {
     (step * 1e6).round() / 1e6
 }

@@ -62,7 +62,7 @@ pub(super) fn trajectory(
     })
 }
 
-/// Whether gap and speeds are in the units that their columns promise. A column map is judged when it is read.
+/// Whether gap and speeds are in the units of their columns. A column map is checked when it is read.
 fn units(samples: &Samples) -> Option<Note> {
     let (v_l, v_f) = (samples.required(Signal::LeadSpeed), samples.required(Signal::Speed));
     let dv: Vec<f64> = v_l.iter().zip(v_f).map(|(v_l, v_f)| v_l - v_f).collect();
@@ -124,7 +124,7 @@ fn positions(
     }
 }
 
-/// What the measured gap and the integrated speeds disagree by.
+/// Difference between the measured gap and the integrated speeds.
 fn residual(gap: &[f64], integrated: &[f64], x_f: &[f64], anchor: &str) -> Note {
     let residuals: Vec<f64> = gap.iter().zip(integrated).map(|(g, s)| g - s).collect();
     let n = residuals.len() as f64;
@@ -147,7 +147,7 @@ pub(in crate::trajectory) fn slope(x: &[f64], y: &[f64]) -> f64 {
     if spread > 1.0 { common / spread } else { 0.0 }
 }
 
-/// The grade that was asked for, else the one in the file, else the one beside it.
+/// The requested grade, otherwise the one in the file, otherwise the one beside it.
 fn grade(samples: &Samples, x_f: &[f64], notes: &mut Vec<Note>, context: &Context) -> Option<Grade> {
     if let Some(grade) = &context.preparation.grade {
         return Some(grade.clone());

@@ -24,7 +24,7 @@ pub const SEGMENT_MIN_S: f64 = 2.0;
 /// How a recording is turned into trajectories.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Preparation {
-    /// First time that is kept \[s\], as written in the file.
+    /// First time to keep \[s\], as written in the file.
     pub from: Option<f64>,
     /// Last time that is kept \[s\].
     pub to: Option<f64>,
@@ -35,7 +35,7 @@ pub struct Preparation {
     pub smooth: bool,
     /// Interpolate linearly to this time step \[s\].
     pub resample: Option<f64>,
-    /// Correct what the check of the data finds, where it can be.
+    /// Correct findings of the check of the data if possible.
     pub correct: bool,
     /// How spacing and speeds are made consistent.
     pub reconcile: Reconcile,
@@ -69,7 +69,7 @@ impl Default for Preparation {
 }
 
 /// A measured gap and two measured speeds are redundant and contradict each other (by metres over a drive); one of
-/// them has to give way. Python parses it; the command line has words of its own.
+/// them has to be changed. Python parses it; the command line has its own words.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, serde::Serialize, strum::EnumString, strum::VariantNames)]
 #[serde(rename_all = "snake_case")]
 #[strum(serialize_all = "snake_case", parse_err_ty = UnknownWord, parse_err_fn = unknown)]
@@ -86,13 +86,13 @@ fn unknown(found: &str) -> UnknownWord {
 }
 
 impl Preparation {
-    /// What [`max_gap_s`](Self::max_gap_s) may be \[s\]; more is never interpolated.
+    /// Range of [`max_gap_s`](Self::max_gap_s) \[s\]; more is never interpolated.
     pub const MAX_GAP_S: [f64; 2] = [0.0, 60.0];
-    /// What [`resample`](Self::resample) may be \[s\].
+    /// Range of [`resample`](Self::resample) \[s\].
     pub const RESAMPLE_S: [f64; 2] = [0.001, time::STEP_MAX_S];
-    /// What [`lead_length`](Self::lead_length) may be \[m\].
+    /// Range of [`lead_length`](Self::lead_length) \[m\].
     pub const LEAD_LENGTH_M: [f64; 2] = [0.0, 30.0];
-    /// What [`lead_start_m`](Self::lead_start_m) may be \[m\].
+    /// Range of [`lead_start_m`](Self::lead_start_m) \[m\].
     pub const LEAD_START_M: [f64; 2] = [-1e9, 1e9];
 
     fn check(&self) -> Result<(), PrepareError> {
@@ -115,7 +115,7 @@ impl Preparation {
     }
 }
 
-/// What the steps need to know to name a place.
+/// Input that the steps need to name a place.
 #[derive(Clone, Copy)]
 struct Context<'a> {
     recording: &'a Recording,
@@ -129,7 +129,7 @@ impl Context<'_> {
         self.recording.source.path.clone()
     }
 
-    /// `FILE-STEM follower N`, with trajectory id and segment where there are several.
+    /// `FILE-STEM follower N`, with trajectory id and segment if there are several.
     fn label(&self, segment: usize, segments: usize) -> String {
         let mut label = format!("{} follower {}", self.recording.stem(), self.follower);
         if let Some(id) = &self.platoon.id {
@@ -144,11 +144,11 @@ impl Context<'_> {
 
 /// The trajectories of one follower: one per segment between long gaps, and per trajectory id.
 ///
-/// Follower 1 is the car right behind the platoon leader, car number 2. Where a file holds several trajectories and none
+/// Follower 1 is the car right behind the platoon leader, car number 2. If a file holds several trajectories and none
 /// is chosen, those that are too short, or broken, are left out unless all are.
 ///
 /// # Errors
-/// [`PrepareError`] says which follower, step or time window the file has instead.
+/// [`PrepareError`] names the available followers, steps or time windows of the file.
 pub fn prepare(
     recording: &Recording,
     follower: usize,
@@ -186,7 +186,7 @@ pub fn prepare(
     Ok(trajectories)
 }
 
-/// The trajectories of one follower of one platoon of a recording, one per segment between long gaps; `trajectory_id` is not looked at.
+/// The trajectories of one follower of one platoon of a recording, one per segment between long gaps; `trajectory_id` is ignored.
 ///
 /// # Errors
 /// As [`prepare`].
@@ -200,10 +200,10 @@ pub fn prepare_platoon(
     one(&Context { recording, platoon, follower, preparation })
 }
 
-/// The stretches between long gaps into which [`prepare`] cuts a follower of a platoon if nothing else is asked for.
+/// The stretches between long gaps into which [`prepare`] cuts a follower of a platoon by default.
 ///
 /// # Errors
-/// As [`prepare`], which may also refuse what the stretches hold.
+/// As [`prepare`], which may also refuse the content of the stretches.
 pub(in crate::trajectory) fn stretches_of(
     recording: &Recording,
     platoon: &Platoon,
@@ -215,7 +215,7 @@ pub(in crate::trajectory) fn stretches_of(
     Ok(Stretch::of(segments.iter().map(|segment| segment.samples.t.as_slice())))
 }
 
-/// Times at which another one begins to drive the follower, as the file says \[s\]: a human and a controller are two drivers.
+/// Times at which another driver takes over the follower, by the file \[s\]: a human and a controller are two drivers.
 fn takeovers(context: &Context) -> Vec<f64> {
     let ego = context.follower + 1;
     let modes: Vec<(&str, f64)> = context
@@ -245,7 +245,7 @@ fn segments_of(context: &Context, notes: &mut Vec<Note>) -> Result<(f64, Vec<seg
     Ok((dt, segments::split(blocks, preparation.max_gap_s, least, context, notes)?))
 }
 
-/// What the check of the data finds between the times that are asked for, and the platoon that is left after it was corrected.
+/// Findings of the check of the data between the requested times, and the platoon after correction.
 fn checked(context: &Context) -> (Vec<Finding>, Option<Platoon>) {
     let Context { recording, platoon, follower, preparation } = *context;
     let Some(link) = Link::of(recording, platoon, follower, [preparation.from, preparation.to]) else {
@@ -283,7 +283,7 @@ fn one(context: &Context) -> Result<Vec<Trajectory>, PrepareError> {
             finding.when.is_empty() || finding.when.iter().any(|[from, to]| *from <= t[t.len() - 1] && t[0] <= *to)
         };
         notes.extend(found.iter().filter(concerns).map(|finding| Note::Found { finding: Box::new(finding.clone()) }));
-        // Of those who drive the follower, the one who begins and the ones who take over within.
+        // Of the drivers of the follower, the first one and those that take over within.
         let begins = |note: &Note| match note {
             Note::DriverMode { t_s, .. } => Some(*t_s),
             _ => None,

@@ -38,7 +38,7 @@ impl Signal {
 #[derive(Debug, Clone)]
 pub(super) struct Samples {
     pub t: Vec<f64>,
-    /// Line of each sample in the file; `None` where there is no row.
+    /// Line of each sample in the file; `None` without a row.
     pub lines: Vec<Option<u64>>,
     pub channels: Vec<(Signal, Vec<f64>)>,
 }
@@ -96,7 +96,7 @@ impl Samples {
         self.channel(signal).expect("collect adds every required signal")
     }
 
-    /// That the gap, where it is measured, is not one between cars that drive at these speeds.
+    /// Warns that the measured gap does not belong to cars with these speeds.
     pub fn contradiction(&self, context: &Context) -> Option<Note> {
         let number = context.follower + 1;
         let ego = context.platoon.cars.iter().find(|car| car.number == number)?;
@@ -172,7 +172,7 @@ fn followers(platoon: &Platoon) -> Vec<String> {
         .collect()
 }
 
-/// Length of the preceding vehicle, if anybody knows it \[m\].
+/// Length of the preceding vehicle, if known \[m\].
 pub(super) fn lead_length(context: &Context) -> Option<f64> {
     let mut cars = context.platoon.cars.iter();
     let lead = cars.find(|car| car.number == context.follower)?;

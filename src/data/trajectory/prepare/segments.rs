@@ -56,7 +56,7 @@ pub(super) fn split(
     if segments.is_empty() {
         let (path, follower, needed) = (context.path(), context.follower, least_s);
         let rounded = |time: f64| (time * 1e6).round() / 1e6;
-        // Where the whole is too short, nothing that is interpolated helps.
+        // If the whole is too short, interpolation does not help.
         if whole < least_s - GRID_TOLERANCE_S {
             let is_cut = context.preparation.from.is_some() || context.preparation.to.is_some();
             let what = match (is_cut, dt < DAYS_STEP_S) {
@@ -121,7 +121,7 @@ fn leave_out(samples: &mut Samples, notes: &mut Vec<Note>) {
     });
 }
 
-/// Notes what was filled in.
+/// Notes interpolated samples.
 fn count(before: &Samples, after: &Samples, dt: f64, notes: &mut Vec<Note>) {
     let longest = |gaps: &[Range<usize>]| {
         let gap = gaps.iter().map(Range::len).max();

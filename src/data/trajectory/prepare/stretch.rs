@@ -1,13 +1,13 @@
-//! What lies between long gaps, as it is told to whoever has to choose.
+//! Segments between long gaps, in the words of a message that offers the choice.
 
 use crate::trajectory::Trajectory;
 use serde::Serialize;
 use std::fmt;
 
-/// At most so many are named; the others are counted.
+/// Largest number of named segments; the others are counted.
 const NAMED: usize = 5;
 
-/// One stretch between long gaps: what `--segment` chooses.
+/// One stretch between long gaps: a choice of `--segment`.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Stretch {
     /// Its number, from 1, in the order of time.
@@ -31,13 +31,13 @@ impl Stretch {
         (1..).zip(times).map(one).collect()
     }
 
-    /// What [`super::prepare`] has found, in order.
+    /// Segments that [`super::prepare`] has found, in order.
     #[must_use]
     pub fn of_trajectories(trajectories: &[Trajectory]) -> Vec<Stretch> {
         Stretch::of(trajectories.iter().map(|trajectory| trajectory.t.as_slice()))
     }
 
-    /// The longest few, the longest first and of equally long ones the earlier first, and how many more there are.
+    /// The longest few, the longest first and of equally long ones the earlier first, and the number of the others.
     #[must_use]
     pub fn longest(all: &[Stretch]) -> (Vec<&Stretch>, usize) {
         let mut sorted: Vec<&Stretch> = all.iter().collect();

@@ -6,12 +6,12 @@ use crate::statistics::upper_median;
 use crate::trajectory::{Note, PrepareError};
 use std::ops::Range;
 
-/// Times may lie this far off the uniform grid \[s\]: files write 6 decimals, or sums of 0.1 with rounding dust.
+/// Times may lie this far off the uniform grid \[s\]: files write 6 decimals, or sums of 0.1 with rounding errors.
 pub(in crate::trajectory) const GRID_TOLERANCE_S: f64 = 1e-6;
-/// A longer time step says that the unit is wrong \[s\].
+/// A longer time step means a wrong unit \[s\].
 pub(in crate::trajectory) const STEP_MAX_S: f64 = 5.0;
 /// A model that is simulated in longer steps than this has other parameters than the driver \[s\]: of drives recorded at 1 Hz, four of five had
-/// intervals without the truth. Between such samples the model has steps of its own, unless another step is asked for ...
+/// intervals without the truth. Between such samples the model has its own steps, unless another step is requested ...
 const COARSE_STEP_S: f64 = 0.5;
 /// ... of at most this \[s\].
 const SUBSTEP_S: f64 = 0.1;
@@ -39,7 +39,7 @@ impl Blocks {
     }
 }
 
-/// Puts the samples on a uniform time step; missing rows become missing values, resampling happens only if asked for.
+/// Puts the samples on a uniform time step; missing rows become missing values, and resampling happens only on request.
 pub(super) fn uniform(samples: Samples, context: &Context, notes: &mut Vec<Note>) -> Result<Blocks, PrepareError> {
     let max_gap_s = context.preparation.max_gap_s;
     let Some(step) = median_step(&samples.t) else {
@@ -68,7 +68,7 @@ pub(super) fn uniform(samples: Samples, context: &Context, notes: &mut Vec<Note>
         });
     }
     if let Some(to_s) = wanted {
-        // Interpolated over like every other gap, so counted like every other gap.
+        // Interpolated and counted like every other gap.
         let gaps = ranges.iter().flat_map(|range| samples.t[range.clone()].windows(2)).map(|pair| pair[1] - pair[0]);
         let long: Vec<f64> = gaps.filter(|gap| *gap > 1.5 * step).collect();
         if !long.is_empty() {
@@ -196,7 +196,7 @@ fn resample(samples: &Samples, range: Range<usize>, dt: f64, max_gap_s: f64) -> 
     }
 }
 
-/// For messages: without the rounding dust of sums.
+/// For messages: without the rounding errors of sums.
 fn six_decimals(t: f64) -> f64 {
     (t * 1e6).round() / 1e6
 }

@@ -5,8 +5,8 @@
 //! 1 + c_f = (1 + C) / (1 + D / 2). The gap on the right has the noise of the left side in it, which would bias C; its instrument
 //! is the gap averaged over two seconds (Fuller: Measurement Error Models, 1987, Section 1.4).
 //!
-//! Differences of the two cars are told by the way and the speed, sharply; what both have in common only by the changes
-//! of the gap, less sharply: so a contradiction is often plain where the guilty car is not.
+//! Distance and speed determine differences of the two cars sharply; only the changes of the gap determine what both have in common,
+//! less sharply. So a contradiction is often plain while the faulty car is not.
 
 use super::finding::{Finding, FindingKind, Remedy, Who, Z_95, interval};
 use super::level::{self, Columns, Usable};
@@ -15,27 +15,27 @@ use super::link::Link;
 use crate::trajectory::factor;
 use nalgebra::{Matrix2, Vector2};
 
-/// What both cars have in common is told by the changes of the gap, few and large, where its own imperfections count: this
+/// A scale common to both cars follows from the changes of the gap, few and large, whose own imperfections count: this
 /// standard error comes to that of the noise, so that a common scale is one of 1 % at least.
 const COMMON_SCALE_ERROR: f64 = 0.01 / LIMITS.significant;
-/// The same where straight lines join the samples of a signal of a low rate, which cut off the tips of its changes.
+/// The same if straight lines join the samples of a signal of a low rate, which cut off the extremes of its changes.
 const SLOW_SCALE_ERROR: f64 = 0.05 / LIMITS.significant;
 /// Widest clock error that is searched \[s\], and the step of the search.
 const CLOCK_MAX_S: f64 = 3.0;
 const CLOCK_STEP_S: f64 = 0.2;
 /// Most steps of the estimation; each leaves a share of the clock's error that is half the scale's.
 const ROUNDS: usize = 6;
-/// The gap is averaged over so much to either side \[s\].
+/// The gap is averaged over this much to either side \[s\].
 const QUIET_S: f64 = 1.0;
 
-/// The speeds are averaged over so much to either side, where they are columns of the clocks \[s\].
+/// The speeds are averaged over this much to either side, where they are columns of the clocks \[s\].
 const SMOOTH_S: f64 = 0.4;
 
 /// Estimates of scales (0) and clocks (1): of the leader minus the follower, and of both in common.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Redundancy {
     estimate: [Pair; 2],
-    /// By how much they are likelier than none \[nats\].
+    /// Gain in log-likelihood against none \[nats\].
     gain: f64,
 }
 
@@ -62,7 +62,7 @@ fn clock_of(at: Vector2<f64>) -> (f64, Vector2<f64>) {
     (at[1] + 0.5 * at[0], Vector2::new(0.5, 1.0))
 }
 
-/// As the car sees it: what is the leader's by the difference is the follower's by its negative.
+/// From the view of the car: a difference that counts for the leader counts negatively for the follower.
 fn seen_by(who: Who, at: Vector2<f64>) -> Vector2<f64> {
     if who == Who::Follower { Vector2::new(-at[0], at[1]) } else { at }
 }
@@ -100,9 +100,9 @@ impl Redundancy {
         estimate
     }
 
-    /// What the estimates amount to; `blurred` if a signal is smoothed or resampled, which moves its events a little.
+    /// Result of the estimates; `blurred` if a signal is smoothed or resampled, which moves its events a little.
     pub fn findings(&self, link: &Link, blurred: bool) -> Vec<Finding> {
-        // A drive that swings at one frequency looks the same at other scales and clocks: nothing is found there that is no likelier.
+        // A drive that oscillates at one frequency looks the same at other scales and clocks: a finding must be likelier there.
         if self.gain < 0.5 * LIMITS.significant.powi(2) {
             return Vec::new();
         }
@@ -116,7 +116,7 @@ impl Redundancy {
         });
         let least = if blurred { LIMITS.least_clock.max(link.dt) } else { LIMITS.least_clock };
         findings.extend(clock.explain(least, clock_of, |who, value, error| {
-            // Both speeds late by the same time is one late gap, the other way round.
+            // Both speeds late by the same time mean one late gap, with the opposite sign.
             let (car, signal, value) =
                 if who == Who::Both { (Who::Follower, "gap", -value) } else { (who, "speed", value) };
             Finding {
@@ -187,7 +187,7 @@ impl Pair {
                 sized(Who::Either, line * self.value[0], line * line.transpose() * self.covariance[(0, 0)]);
             return vec![finding(Who::Either, value, error)];
         }
-        // Neither car alone: each its own.
+        // Neither car alone: each has its own fault.
         [Who::Leader, Who::Follower]
             .into_iter()
             .filter_map(|who| {
@@ -198,7 +198,7 @@ impl Pair {
     }
 }
 
-/// What is known of one car is corrected.
+/// Faults known of one car are corrected.
 fn remedies(who: Who) -> Vec<Remedy> {
     if matches!(who, Who::Leader | Who::Follower) { vec![Remedy::of("correct")] } else { Vec::new() }
 }
@@ -208,8 +208,8 @@ fn scale_sentence(who: Who, value: f64, error: f64) -> String {
     let hint = factor::explain(1.0 + value).map_or_else(String::new, |hint| format!(" ({hint})"));
     match who {
         Who::Either => format!(
-            "the car ahead reads {percent:+.3} ± {error:.3} % faster than the follower for the same way; which of the two \
-             speeds is off cannot be told from this pair{hint}"
+            "the car ahead reads {percent:+.3} ± {error:.3} % faster than the follower over the same distance; this pair does not show which \
+             of the two speeds is off{hint}"
         ),
         Who::Both => format!(
             "both speeds read {percent:+.2} ± {error:.2} % against the changes of the gap (or the gap too little){hint}"
@@ -226,7 +226,7 @@ fn clock_sentence(car: Who, signal: &str, value: f64, error: f64) -> String {
     let error = Z_95 * error;
     match (car, signal) {
         (Who::Either, _) => format!(
-            "the speed of the car ahead is {size:.3} ± {error:.3} s {late} against that of the follower; which clock is off cannot be told"
+            "the speed of the car ahead is {size:.3} ± {error:.3} s {late} against that of the follower; the data do not show which clock is off"
         ),
         (_, "gap") => format!("the gap is {size:.3} ± {error:.3} s {late} against both speeds"),
         _ => format!(
@@ -262,7 +262,7 @@ pub(super) fn shifted(y: &[f64], samples: f64) -> Vec<f64> {
 /// The target, then the columns of (difference, mean) of scales and of clocks, for speeds read `late` seconds later.
 fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Columns {
     let read = |v: &[f64], late: f64| {
-        // Beyond the ends the measured values have to do; a stretch loses little.
+        // Beyond the ends the measured values are used; a stretch loses little.
         let moved = shifted(v, late / link.dt);
         moved.iter().zip(v).map(|(m, v)| if m.is_finite() { *m } else { *v }).collect::<Vec<f64>>()
     };
@@ -329,7 +329,7 @@ fn coarse(link: &Link, usable: &Usable) -> [f64; 2] {
     };
     let shifts = || (-reach..=reach).map(|k| k * step);
     let mut best = (misfit(0, 0), [0, 0]);
-    // Nothing is moved for less than half of the misfit.
+    // Nothing is changed for less than half of the misfit.
     let worth = 0.5 * best.0;
     for l in shifts() {
         for f in shifts() {

@@ -1,4 +1,4 @@
-//! Corrections of what was found, made only on request.
+//! Corrections of faults, made only on request.
 
 use super::clocks::shifted;
 use super::finding::{Finding, FindingKind, Who};
@@ -6,8 +6,8 @@ use super::link::Link;
 use super::noise::joined;
 use crate::trajectory::{Car, Platoon};
 
-/// Corrects one follower of a platoon by the findings about it, each of which then says in a line what was done, or why nothing could be.
-/// Signals that lie on no grid are put on none: a clock is not corrected where rows are missing.
+/// Corrects one follower of a platoon by the findings about it. Each finding then names the correction, or why there is none.
+/// Signals that do not lie on a grid stay so: a clock is not corrected where rows are missing.
 pub fn correct(platoon: &mut Platoon, follower: usize, link: &Link, findings: &mut [Finding]) {
     for finding in findings {
         finding.correction = Some(one(platoon, follower, link, finding));
@@ -24,7 +24,7 @@ fn one(platoon: &mut Platoon, follower: usize, link: &Link, finding: &Finding) -
     if finding.remedies.iter().all(|remedy| remedy.option != "correct") {
         let why = match (finding.kind, finding.car) {
             (FindingKind::SpeedScale | FindingKind::ClockOffset, Who::Either | Who::Both) => {
-                "as it cannot be told whose signal is off"
+                "because the data do not show whose signal is off"
             }
             (FindingKind::Inconsistent, _) if finding.unit == "m" => "because the correct side of the jump is unknown",
             _ => "the information is not in the file",

@@ -1,24 +1,24 @@
-//! What a check of the data may find.
+//! Findings of a check of the data.
 
 use serde::Serialize;
 use std::fmt;
 
-/// The kind of a fault, under the name that result files have.
+/// The kind of a fault, by its name in result files.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, Serialize, strum::IntoStaticStr, strum::EnumIter,
 )]
 #[strum(const_into_str, serialize_all = "snake_case")]
 #[serde(rename_all = "snake_case")]
 pub enum FindingKind {
-    /// One car's speed is a constant factor off.
+    /// One car's speed is off by a constant factor.
     SpeedScale,
-    /// The gap is a constant length off.
+    /// The gap is off by a constant length.
     GapOffset,
     /// Two signals do not share a clock.
     ClockOffset,
-    /// The speeds of the two cars stand in each other's place.
+    /// The speeds of the two cars are exchanged.
     Exchanged,
-    /// Gap and speeds differ by a factor: units are taken for each other.
+    /// Gap and speeds differ by a factor: confused units.
     Unit,
     /// Values are missing, held or filled in.
     Dropout,
@@ -28,7 +28,7 @@ pub enum FindingKind {
     Resampled,
     /// The signal has less noise than a sensor has.
     Smoothed,
-    /// The signal has steps that are as large as what is to be seen in it.
+    /// The steps of the signal are as large as its features.
     Quantised,
     /// Accelerations are mostly noise.
     Noisy,
@@ -41,13 +41,13 @@ pub enum FindingKind {
 }
 
 impl FindingKind {
-    /// What a fault of this kind does to calibrated parameters.
+    /// Effect of a fault of this kind on calibrated parameters.
     #[must_use]
     pub fn effect(self) -> &'static str {
         match self {
             FindingKind::SpeedScale => "t_h, v_0 and d_0 compensate for a false drift",
             FindingKind::GapOffset => "d_0 is off by as much",
-            FindingKind::ClockOffset => "a_max, a_min and delays make up for it",
+            FindingKind::ClockOffset => "a_max, a_min and delays compensate for it",
             FindingKind::Exchanged | FindingKind::Unit | FindingKind::TooFast | FindingKind::TimeUnit => {
                 "no parameter means anything"
             }
@@ -72,7 +72,7 @@ pub enum Who {
     Leader,
     /// The car behind.
     Follower,
-    /// One of the two; the data cannot tell which.
+    /// One of the two; the data do not show which.
     #[strum(serialize = "leader or follower")]
     Either,
     /// Both alike.
@@ -90,7 +90,7 @@ impl Serialize for Who {
 pub struct Remedy {
     /// The option, as `correct` or `to`.
     pub option: &'static str,
-    /// Its value, where it has one and the data tell it.
+    /// Its value, if it has one and the data show it.
     pub value: Option<String>,
 }
 
@@ -123,32 +123,32 @@ pub struct Finding {
     pub value: f64,
     /// SI unit, `-` if dimensionless.
     pub unit: &'static str,
-    /// 95 % interval of the size, where there is one.
+    /// 95 % interval of the size, if any.
     pub interval: Option<[f64; 2]>,
-    /// Stretches of the file's time that are concerned \[s\]; empty: all of it.
+    /// Affected stretches of the file's time \[s\]; empty: all of it.
     #[serde(rename = "when_s")]
     pub when: Vec<[f64; 2]>,
     /// Line of the file where it begins, counted from 1; none if it is everywhere.
     pub line: Option<u64>,
-    /// Whether it moves what is calibrated, so that it has to be told whoever asks for something else.
+    /// Whether it changes the calibration, so that every command has to report it.
     pub matters: bool,
-    /// What mends or avoids it; empty if nothing does.
+    /// Remedies; empty if there is none.
     pub remedies: Vec<Remedy>,
-    /// What was done about it, if it was asked for.
+    /// The correction, if it was requested.
     pub correction: Option<String>,
     /// In one sentence, for people.
     pub sentence: String,
 }
 
 impl Finding {
-    /// A fault that is everywhere, does not matter and has no remedy, unless something else is said.
+    /// A fault that is everywhere, does not matter and has no remedy, by default.
     pub(super) fn new(kind: FindingKind, car: Who, signal: &'static str, value: f64, unit: &'static str) -> Finding {
         let (interval, when, remedies) = (None, Vec::new(), Vec::new());
         let (line, matters, correction, sentence) = (None, false, None, String::new());
         Finding { kind, car, signal, value, unit, interval, when, line, matters, remedies, correction, sentence }
     }
 
-    /// The sentence with what the fault does to parameters, and with what helps, or what was done.
+    /// The sentence with the effect of the fault on parameters, and with the remedy or the correction.
     #[must_use]
     pub fn told(&self) -> String {
         let effect = if self.matters { format!("; {}", self.kind.effect()) } else { String::new() };

@@ -16,12 +16,12 @@ const COARSE: f64 = 0.005;
 pub(super) struct Dropouts {
     /// All of them.
     pub ranges: Vec<Range<usize>>,
-    /// Those that have a value, which is not one of them.
+    /// Those with a value that is not such a sample.
     held: Vec<Range<usize>>,
 }
 
 impl Dropouts {
-    /// Leaves out what is told otherwise.
+    /// Leaves out samples that other findings cover.
     pub fn leave_out(&mut self, told: &[Range<usize>]) {
         let apart = |range: &Range<usize>| told.iter().all(|t| range.start > t.end || t.start > range.end);
         self.ranges.retain(apart);
@@ -29,7 +29,7 @@ impl Dropouts {
     }
 }
 
-/// What was not measured. `factor` is how many samples a value is held anyway.
+/// Samples that were not measured. `factor` is the usual number of samples for which a value is held.
 pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
     let y = signal.values;
     let q = quantum(y);
@@ -46,7 +46,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
     let single =
         runs(0..steps.len(), |i| steps[i] == 0.0).filter(|run| run.len() == 1 && !both_stand(link, run)).count();
     let repeat = (q / (2.0 * std::f64::consts::PI.sqrt() * sigma)).max(3.0 * single as f64 / y.len() as f64).min(1.0);
-    // Neighbouring bends share samples, so that they are small together: twice the chance of one.
+    // Neighbouring bends share samples, so they are small together: twice the chance of one.
     let line = (10.0 * q / (bend.max(1e-12) * std::f64::consts::TAU.sqrt())).min(1.0);
     let longest = |chance: f64| {
         let by_chance = (LIMITS.held_chance / y.len() as f64).ln() / chance.max(1e-9).ln();
@@ -60,21 +60,21 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
         let kept = if repeat < COARSE {
             run.len() + 1 >= longest(repeat) && (!at_zero || fallen)
         } else {
-            // With a coarse sensor only the step at the end tells, or that the gap has to have changed.
+            // With a coarse sensor only the step at the end shows it, or a gap that must have changed.
             let long = run.len() as f64 * link.dt >= LIMITS.held && run.len() as f64 > 1.5 * factor;
             let jumps = || steepest(&steps, &run) > LIMITS.held_step.max(20.0 * sigma).max(2.5 * q);
             let moves = || signal.name == "gap" && moved(link, &run) > LIMITS.held_change.max(3.0 * q);
             long && (jumps() || moves())
         };
         if kept {
-            // The first of equal values was measured, unless all are a fall to zero.
+            // The first of equal values was measured, unless all are a drop to zero.
             let measured = usize::from(!at_zero);
             found.push(run.start + measured..run.end + 1);
         }
     }
     // A straight line: bends of zero between steps that are not.
-    // A signal without noise is straight by itself here and there.
-    // The bends of what moves smoothly are alike, and small together: only those of a sensor's noise alternate.
+    // A signal without noise is straight here and there.
+    // The bends of a smooth motion are similar, and small together: only those of a sensor's noise alternate.
     if line < 0.3 && factor <= 1.0 && noise::noisy(signal, link) && alternate(&bends) {
         let tolerance = 2.5 * q;
         for run in runs(0..bends.len(), |i| bends[i].abs() <= tolerance && steps[i] != 0.0) {
@@ -93,7 +93,7 @@ fn alternate(bends: &[f64]) -> bool {
     product < 0.0
 }
 
-/// By how much the speeds say that the gap changes within a run of steps \[m\].
+/// Change of the gap within a run of steps by the speeds \[m\].
 fn moved(link: &Link, run: &Range<usize>) -> f64 {
     let (mut sum, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
     for i in run.clone() {
@@ -116,7 +116,7 @@ fn steepest(steps: &[f64], run: &Range<usize>) -> f64 {
     step(run.start.checked_sub(1)).max(step(Some(run.end)))
 }
 
-/// A step between two samples that no car makes: 12 m/s² in a speed, 1 m in a gap.
+/// A step between two samples that no car can make: 12 m/s² in a speed, 1 m in a gap.
 fn impossible(signal: &Signal, link: &Link) -> f64 {
     if signal.name == "gap" { 1.0 } else { 12.0 * link.dt }
 }
@@ -147,7 +147,7 @@ fn merge(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
 /// One finding for all drop-outs of a signal.
 pub(super) fn finding(signal: &Signal, link: &Link, found: &Dropouts) -> Option<Finding> {
     let seconds = |ranges: &[Range<usize>]| ranges.iter().map(Range::len).sum::<usize>() as f64 * link.dt;
-    // What is missing is told by preparation; what is taken for measured is worse.
+    // Preparation reports missing values; a filled-in value that counts as measured is worse.
     let matters = seconds(&found.held) >= LIMITS.held_matters * link.len() as f64 * link.dt;
     let shown = if matters { &found.held } else { &found.ranges };
     let longest = shown.iter().max_by_key(|range| range.len())?;

@@ -1,4 +1,4 @@
-//! Contradictions of gap and speeds that no constant explains: jumps, single spikes, and a drift of what is left.
+//! Contradictions of gap and speeds that no constant explains: jumps, single spikes, and a drift of the remainder.
 
 use super::finding::{Finding, FindingKind, Remedy, Who, interval};
 use super::limits::LIMITS;
@@ -6,13 +6,13 @@ use super::link::{Link, Signal};
 use crate::statistics::{robust_scale, upper_median};
 use std::ops::Range;
 
-/// Time within which a jump may happen, and what is closer together is one event \[s\].
+/// Time within which a jump may happen; changes closer together are one event \[s\].
 const WITHIN_S: f64 = 1.0;
-/// Across longer stretches without a value nothing is compared \[s\].
+/// Across longer stretches without a value there is no comparison \[s\].
 const UNSEEN_S: f64 = 2.0;
-/// A spike is told from the values within so much to either side \[s\]; what lasts longer is a jump.
+/// A spike differs from the values within this distance to either side \[s\]; a longer change is a jump.
 const AROUND_S: f64 = 0.5;
-/// Jumps and spikes that are named.
+/// Number of named jumps and spikes.
 const NAMED: usize = 3;
 
 /// A jump of the gap against the speeds.
@@ -29,7 +29,7 @@ pub(super) struct Jump {
 }
 
 impl Jump {
-    /// What returns within the event is as large as its largest step \[m\].
+    /// A change that reverses within the event is as large as its largest step \[m\].
     fn value(&self) -> f64 {
         if self.returns() { self.peak } else { self.size }
     }
@@ -43,7 +43,7 @@ impl Jump {
     }
 }
 
-/// Gap change minus integrated speed difference from one sample to the next \[m\]; NaN where something is missing.
+/// Gap change minus integrated speed difference from one sample to the next \[m\]; NaN if a value is missing.
 pub(super) fn innovations(link: &Link) -> Vec<f64> {
     (1..link.len()).map(|i| link.gap[i] - link.gap[i - 1] - link.told(i - 1, i)).collect()
 }
@@ -72,14 +72,14 @@ pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
         }
         slow[i] = 0.0;
         match events.last_mut() {
-            // Jumps close together are one event: a target that is lost and found.
+            // Jumps close together are one event: a target that is lost and found again.
             Some(last) if seen[i] - seen[last.end] < link.samples(WITHIN_S) => last.end = i + 1,
             _ => events.push(i..i + 1),
         }
     }
     events.extend(slow_events(&slow, &seen, link.samples(WITHIN_S)));
     events.sort_unstable_by_key(|event| (event.start, event.end));
-    // What overlaps is one event.
+    // Overlapping changes are one event.
     events.dedup_by(|next, last| {
         let is_one = next.start < last.end;
         last.end = if is_one { last.end.max(next.end) } else { last.end };
@@ -124,7 +124,7 @@ fn slow_events(steps: &[f64], seen: &[usize], width: usize) -> Vec<Range<usize>>
 /// One finding of all jumps.
 pub(super) fn finding(link: &Link, jumps: &[Jump]) -> Option<Finding> {
     let matters = jumps.iter().any(Jump::matters);
-    // Where large ones matter, small ones are no news.
+    // Beside large ones, small ones do not matter.
     let told: Vec<&Jump> = jumps.iter().filter(|jump| !matters || jump.matters()).collect();
     let largest = told.iter().copied().max_by(|a, b| a.value().abs().total_cmp(&b.value().abs()))?;
     let named: Vec<String> = told.iter().take(NAMED).map(|jump| shown(link, jump)).collect();
@@ -171,13 +171,13 @@ fn longest_without(link: &Link, jumps: &[&Jump]) -> Vec<Remedy> {
     from.into_iter().chain((to < last).then(|| time("to", to))).collect()
 }
 
-/// Samples of a signal that are far off those around them, and back at once: no car moves like that.
+/// Samples of a signal that are far from their neighbours, and back at once: no car moves like that.
 pub(super) fn spikes(signal: &Signal, link: &Link) -> Vec<Range<usize>> {
     let y = signal.values;
     let bends = y.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]);
     let usual = robust_scale(bends).unwrap_or(0.0) / 6f64.sqrt();
     let reach = link.samples(AROUND_S).max(2);
-    // Within half of the reach a car that brakes as hard as it can leaves the median of what is around by this.
+    // Within half of the reach a car that brakes as hard as possible departs from the surrounding median by this.
     let half = 0.5 * reach as f64 * link.dt;
     let driven =
         if signal.name == "gap" { LIMITS.spike.max(0.5 * LIMITS.braking * half * half) } else { LIMITS.braking * half };
@@ -198,13 +198,13 @@ pub(super) fn spikes(signal: &Signal, link: &Link) -> Vec<Range<usize>> {
             }
         }
     }
-    // What does not come back is a jump, at whose end the median is on either side.
+    // A change that does not reverse is a jump, at whose end the median is on either side.
     found.retain(|range| {
         let value = |i: Option<usize>| i.and_then(|i| y.get(i)).copied().unwrap_or(f64::NAN);
         let (before, after) = (value(range.start.checked_sub(1)), value(Some(range.end)));
         (before - after).abs() < 0.5 * (y[range.start] - before).abs()
     });
-    // Where every tenth value is off, none is an exception.
+    // If every tenth value is off, none is an exception.
     if found.iter().map(Range::len).sum::<usize>() as f64 > LIMITS.spikes * y.len() as f64 {
         found.clear();
     }
@@ -238,7 +238,7 @@ pub(super) fn spiky(signal: &Signal, link: &Link, spikes: &[Range<usize>]) -> Op
     })
 }
 
-/// What is left is too large for signals of the same two cars.
+/// The remainder is too large for signals of the same two cars.
 pub(super) fn drifting(link: &Link, rms_mps: f64) -> Finding {
     Finding {
         when: vec![[link.time(0), link.time(link.len().saturating_sub(1))]],

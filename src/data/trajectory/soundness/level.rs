@@ -1,7 +1,7 @@
 //! Regression on a wandering level: y = X β + w + e, with w the integral of the speeds' noise (a random walk) and e the gap's.
 //!
 //! The Kalman filter of the level whitens y and every column of X alike; the ratio of the two noises is estimated by maximum
-//! likelihood, and the errors of β are those of Newey and West, because real noise is not quite that.
+//! likelihood, and the errors of β are those of Newey and West, because real noise differs from the model.
 
 use super::jumps::{self, Jump};
 use super::link::Link;
@@ -78,7 +78,7 @@ pub(super) struct Fit {
     pub likelihood: f64,
 }
 
-/// y and X; a column that has the noise e in it has an instrument that has next to nothing of it.
+/// y and X; a column with the noise e has an instrument that contains almost none of it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Columns {
     /// y, then X.
@@ -138,7 +138,7 @@ fn whitened(columns: &[&[f64]], usable: &Usable, ratio: f64) -> (DMatrix<f64>, f
     let (mut row, mut log_s) = (0, 0.0);
     let mut level = vec![0.0; count];
     for stretch in &usable.stretches {
-        // The level starts as the first sample, known as well as the gap is.
+        // The level starts as the first sample, with the uncertainty of the gap.
         (0..count).for_each(|c| level[c] = columns[c][stretch.start]);
         let mut variance = 1.0;
         for i in stretch.clone().skip(1) {
@@ -183,7 +183,7 @@ fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usize) -> Optio
     }
     let mut right = z.tr_mul(&y);
     (0..parameters).for_each(|i| right[i] /= scale[i]);
-    // A signal that never changes leaves no number, of which a decomposition would be in search for ever.
+    // A constant signal leaves no number, on which a decomposition would not converge.
     if !normal.iter().all(|x| x.is_finite()) {
         return None;
     }

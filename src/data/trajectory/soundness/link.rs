@@ -10,7 +10,7 @@ use crate::trajectory::{Platoon, Recording};
 pub(super) const DRIVING: f64 = 0.5;
 /// A row may lie this far off the time grid \[time steps\]; others are left out.
 const OFF_GRID: f64 = 0.25;
-/// More samples than this are no drive: a file that mixes units of time has no grid.
+/// More samples than this are not a drive: a file that mixes units of time has no grid.
 const SAMPLES_MAX: f64 = 5e6;
 
 /// A link on a uniform time step; missing values are NaN.
@@ -24,17 +24,17 @@ pub struct Link {
     pub v_l: Vec<f64>,
     /// Speed of the follower \[m/s\].
     pub v_f: Vec<f64>,
-    /// Gap from bumper to bumper \[m\]; by positions where it is not measured.
+    /// Gap from bumper to bumper \[m\]; from positions if it is not measured.
     pub gap: Vec<f64>,
-    /// What the gap is called in the file.
+    /// Name of the gap in the file.
     pub called: String,
-    /// Position of the car ahead \[m\], where measured.
+    /// Position of the car ahead \[m\], if measured.
     pub x_l: Option<Vec<f64>>,
-    /// Position of the follower \[m\], where measured.
+    /// Position of the follower \[m\], if measured.
     pub x_f: Option<Vec<f64>>,
-    /// Length of the car ahead \[m\], where known.
+    /// Length of the car ahead \[m\], if known.
     pub len_l: Option<f64>,
-    /// True if no row lies off the grid or is missing.
+    /// True if all rows are present and on the grid.
     pub regular: bool,
     /// True if the file has no other cars than these two, so that they may be exchanged.
     pub alone: bool,
@@ -48,7 +48,7 @@ pub(super) struct Signal<'a> {
     pub unit: &'static str,
     /// Noise below this is less than any sensor has: a tenth of the best one of the shared data (data README, Section 3.1).
     pub noise_floor: f64,
-    /// What it is called in messages.
+    /// Its name in messages.
     pub title: &'a str,
 }
 
@@ -129,12 +129,12 @@ impl Link {
         self.v_l[i] > DRIVING && self.v_f[i] > DRIVING
     }
 
-    /// Samples of so many seconds.
+    /// Samples in this many seconds.
     pub(super) fn samples(&self, seconds: f64) -> usize {
         ((seconds / self.dt).round() as usize).max(1)
     }
 
-    /// What the speeds say of the change of the gap between two samples \[m\]: a straight line between what was measured there.
+    /// Change of the gap between two samples by the speeds \[m\]: a straight line between the measured values.
     pub(super) fn told(&self, a: usize, b: usize) -> f64 {
         let dv = |i: usize| self.v_l[i] - self.v_f[i];
         0.5 * (dv(a) + dv(b)) * (b - a) as f64 * self.dt

@@ -1,7 +1,7 @@
-//! Are the data themselves sound? One place, which every verb asks.
+//! Are the data themselves sound? One check for every verb.
 //!
-//! The gap and the two speeds of a link are redundant: d(gap)/dt = v_l - v_f. What contradicts itself is found, sized and named before any
-//! model is blamed, and corrected only on request. Nothing is refused here; where nothing can be computed, reading and preparation refuse.
+//! The gap and the two speeds of a link are redundant: d(gap)/dt = v_l - v_f. The checks find, size and name contradictions before any
+//! model is blamed, and correct them only on request. They refuse nothing; reading and preparation refuse data that cannot be used.
 
 mod clocks;
 mod correct;
@@ -26,12 +26,12 @@ pub use crate::fourier;
 use crate::trajectory::{Note, Platoon, Recording, agreement};
 use std::ops::Range;
 
-/// What the data of one follower say about themselves.
+/// Soundness of the data of one follower.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Soundness {
-    /// What is wrong, the gravest kinds of fault not first but in the order of the checks.
+    /// The faults, in the order of the checks and not of their gravity.
     pub findings: Vec<Finding>,
-    /// What cannot be seen in these data, one sentence each.
+    /// Faults that these data cannot show, one sentence each.
     pub unseen: Vec<String>,
     /// Root mean square of gap rate minus speed difference over one second \[m/s\].
     pub rate_rms_mps: Option<f64>,
@@ -48,7 +48,7 @@ pub struct NoLink {
 /// Checks the link of a follower (1 = right behind the platoon leader) in the recording's platoon number `platoon`.
 ///
 /// # Errors
-/// When there is no such link.
+/// For an unknown link.
 pub fn check(recording: &Recording, platoon: usize, follower: usize) -> Result<Soundness, NoLink> {
     let none = || NoLink { path: recording.source.path.clone(), follower };
     let platoon = recording.platoons.get(platoon).ok_or_else(none)?;
@@ -88,7 +88,7 @@ pub fn check_link(measured: &Link) -> Soundness {
         findings.extend(noise::quantised(&signal));
         if let Some(found) = resampled {
             if found.held {
-                // Held values are late by half of their time, which is no other fault.
+                // Held values are late by half of their time, which is not another fault.
                 values.clone_from(&noise::joined(signal.values, found.factor));
             }
             blurred = true;
@@ -98,7 +98,7 @@ pub fn check_link(measured: &Link) -> Soundness {
             blurred = true;
             findings.push(smoothed);
         }
-        // What was not measured, or is a spike, tells nothing of the other signals.
+        // Samples that were not measured, and spikes, contain nothing about the other signals.
         for range in dropouts.ranges.iter().chain(&spikes) {
             values[range.clone()].fill(f64::NAN);
         }
@@ -106,7 +106,7 @@ pub fn check_link(measured: &Link) -> Soundness {
     findings.extend(units::noisy(measured));
     let mut unseen = Vec::new();
     let mut usable = level::Usable::new(&link, &broken, &[]);
-    // A wrong unit explains whatever else contradicts.
+    // A wrong unit explains any other contradiction.
     if let Some(factor) = units::factor(&link) {
         findings.push(factor);
     } else {
@@ -117,7 +117,7 @@ pub fn check_link(measured: &Link) -> Soundness {
         match clocks::Redundancy::estimate(&link, &usable, slow) {
             Some(redundancy) => {
                 findings.extend(redundancy.findings(&link, blurred));
-                // Scales and clocks are allowed for; where nothing else says so, that is enough.
+                // Scales and clocks are allowed for; without other evidence, that is enough.
                 let rms = redundancy.residual_rate_rms(&link, &usable);
                 left = left.or((rms > LIMITS.unrelated).then_some(rms));
             }
@@ -138,7 +138,7 @@ pub fn check_link(measured: &Link) -> Soundness {
     Soundness { findings, unseen, rate_rms_mps: level::rate_rms(&link, &usable) }
 }
 
-/// Change of the gap over a second less that of the integrated speed difference \[m/s\], where gap and speeds describe other cars.
+/// Change of the gap over a second less that of the integrated speed difference \[m/s\], if gap and speeds describe other cars.
 fn contradiction(link: &Link) -> Option<f64> {
     let t: Vec<f64> = (0..link.len()).map(|i| link.time(i)).collect();
     let dv: Vec<f64> = link.v_l.iter().zip(&link.v_f).map(|(v_l, v_f)| v_l - v_f).collect();

@@ -13,11 +13,11 @@ use crate::statistics::robust_scale;
 const THIRD_DIFFERENCE: f64 = 20.0;
 /// Autocorrelation of third differences of white noise.
 const WHITE: [f64; 3] = [-0.75, 0.3, -0.05];
-/// Lags that are looked at: moving averages of up to so many samples show at their own length.
+/// Examined lags: moving averages of up to this many samples show at their own length.
 const LAGS: usize = 25;
 /// Larger third differences are events and not noise \[robust standard deviations\].
 const CLIP: f64 = 6.0;
-/// Fewer third differences tell nothing.
+/// Fewer third differences are too few for an estimate.
 const ENOUGH: usize = 200;
 /// Blocks for the standard error of a noise level \[s\].
 const BLOCK_S: f64 = 20.0;
@@ -41,7 +41,7 @@ pub(super) fn quantum(values: &[f64]) -> f64 {
     steps.fold(f64::INFINITY, f64::min).min(1.0)
 }
 
-/// Third differences while the car drives, events taken out (NaN).
+/// Third differences while the car drives, without events (NaN).
 fn third(signal: &Signal, link: &Link) -> Vec<f64> {
     let y = signal.values;
     let mut d: Vec<f64> = (0..y.len().saturating_sub(3))
@@ -123,7 +123,7 @@ pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
 
 /// Steps are as large as this share of the coarse ones at least, or multiples of them, in a quantised signal.
 const WHOLE: f64 = 0.01;
-/// And this share of all steps is.
+/// And at least this share of all steps is.
 const MOST: f64 = 0.99;
 
 /// A signal whose values are multiples of a large step.
@@ -157,7 +157,7 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
                 (2..y.len()).map(|i| drives(i, 2).then(|| (y[i] - 2.0 * y[i - 1] + y[i - 2]).abs() > tolerance));
             match regular(bends) {
                 Some(factor) => (factor, "joined by straight lines between its own samples"),
-                // Without noise there is no end of it to be seen.
+                // Without noise its end cannot be seen.
                 None if !noisy(signal, link) => return None,
                 None => (spectrum::cut_off(signal, link)?, "interpolated: its noise ends at half its own rate"),
             }
@@ -178,10 +178,10 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
     Some(Resampled { factor, held, finding })
 }
 
-/// How a signal of a lower rate comes to have the rate of the file, if nothing is computed.
+/// How a signal of a lower rate has got the rate of the file, without computation.
 const HELD: &str = "held between its own samples";
 
-/// The own samples of a held signal, joined by straight lines; what is held longer than usual stays.
+/// The measured samples of a held signal, joined by straight lines; values held longer than usual stay.
 pub(super) fn joined(y: &[f64], factor: f64) -> Vec<f64> {
     let mut joined = y.to_vec();
     let mut last = 0;
@@ -223,7 +223,7 @@ fn regular(events: impl Iterator<Item = Option<bool>>) -> Option<f64> {
     let median = sorted[n / 2];
     let usual: Vec<usize> = distances.iter().copied().filter(|d| d.abs_diff(median) <= 1).collect();
     let regular = usual.len() as f64 >= REGULAR * n as f64;
-    // Events of chance come at distances of 2 most often, but as often again at larger ones; and they must fill the drive.
+    // Random events have distances of 2 most often, but as often again larger ones; and they must fill the drive.
     let mean = usual.iter().sum::<usize>() as f64 / usual.len() as f64;
     let near = usual.iter().filter(|d| (**d as f64 - mean).abs() < 1.0).count() as f64;
     (regular && near >= REGULAR * n as f64).then_some(mean)

@@ -8,7 +8,7 @@ use crate::statistics::upper_median;
 /// Blocks for the standard error \[s\].
 const BLOCK_S: f64 = 30.0;
 
-/// What can be said about the offset of the gap.
+/// Estimate of the offset of the gap.
 pub(super) enum Seen {
     Finding(Box<Finding>),
     Sound,

@@ -6,11 +6,11 @@ use crate::statistics::upper_median;
 
 /// Samples of one periodogram.
 const WINDOW: usize = 256;
-/// The plateau of noise before the end is this flat, and what comes after lies this far below, as factors of power.
+/// The plateau of noise before the end is this flat, and the rest lies this far below, as factors of power.
 const FLAT: f64 = 4.0;
 const DROP: f64 = 100.0;
 
-/// Mean periodogram of the second differences, divided by what differencing does to white noise.
+/// Mean periodogram of the second differences, divided by that of differenced white noise.
 fn noise_spectrum(signal: &Signal, link: &Link) -> Option<Vec<f64>> {
     let y = signal.values;
     let mut input = vec![0.0; WINDOW];

@@ -1,4 +1,4 @@
-//! Made-up drives with one thing wrong, and none.
+//! Synthetic drives with one fault, and without any.
 
 use super::*;
 
@@ -10,7 +10,7 @@ fn noise(i: usize) -> f64 {
     ((z ^ (z >> 31)) >> 11) as f64 / (1_u64 << 52) as f64 - 1.0
 }
 
-/// Two minutes behind a car that swings about 20 m/s, with the noise of usual sensors; `dt` in s.
+/// Two minutes behind a car that oscillates around 20 m/s, with the noise of usual sensors; `dt` in s.
 fn drive(dt: f64) -> Link {
     let (count, quiet) = ((120.0 / dt) as usize, 0.02 * (dt / 0.1).min(1.0));
     // Sizes [m/s], frequencies [rad/s] and phases of the swings of both cars.
@@ -29,7 +29,7 @@ fn drive(dt: f64) -> Link {
     Link { t_0: 0.0, dt, v_l, v_f, gap, called, x_l: None, x_f: None, len_l: None, regular: true, alone: true }
 }
 
-/// What matters in a link, in words.
+/// Findings that matter in a link, in words.
 fn told(link: &Link) -> Vec<String> {
     check_link(link).findings.iter().filter(|finding| finding.matters).map(Finding::told).collect()
 }
@@ -73,7 +73,7 @@ fn a_jump_is_named_with_time_size_and_window() {
         );
         assert!(found[0].contains(" at 70.0 s") && found[0].contains(to), "{found:?}");
     }
-    // The sensor takes a second to settle, and has nothing to tell meanwhile.
+    // The sensor takes a second to settle, and sends nothing meanwhile.
     for lost in [false, true] {
         let mut slow = drive(0.1);
         for (i, gap) in slow.gap.iter_mut().enumerate() {
@@ -174,10 +174,10 @@ fn a_clock_is_told_from_seconds() {
     };
     let t: Vec<f64> = (0..600).map(clock).collect();
     let found = time::of_time(&t).expect("a clock").told();
-    assert!(found.contains("145859.5 is followed by 145900") && found.contains("5 times"), "{found}");
+    assert!(found.contains("145859.5 is followed by 145900") && found.contains("5 full minutes"), "{found}");
     let seconds: Vec<f64> = (0..6000).map(|i| f64::from(i) * 0.1).collect();
     assert_eq!(time::of_time(&seconds), None);
-    // A pause of a minute is no clock.
+    // A pause of a minute is not a clock.
     let pause: Vec<f64> = (0..600).map(|i| f64::from(i) * 0.1 + if i < 300 { 0.0 } else { 60.0 }).collect();
     assert_eq!(time::of_time(&pause), None);
 }

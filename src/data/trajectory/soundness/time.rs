@@ -6,10 +6,10 @@ use crate::trajectory::prepare::median_step;
 
 /// Of the steps of a clock, the one over a full minute is longer by this \[s\].
 const MINUTE: f64 = 40.0;
-/// The first time of day that there is not.
+/// The first invalid time of day.
 const DAY: f64 = 240_000.0;
 
-/// That a time column holds a clock of the form HHMMSS, if it does.
+/// Finding that a time column holds a clock of the form HHMMSS, if it does.
 pub(super) fn of_time(t: &[f64]) -> Option<Finding> {
     let usual = median_step(t)?;
     if usual < DAYS_STEP_S {
@@ -38,7 +38,7 @@ pub(super) fn of_time(t: &[f64]) -> Option<Finding> {
         matters: true,
         remedies: vec![Remedy::of("columns")],
         sentence: format!(
-            "the time looks like a clock, HHMMSS: {} is followed by {}, and so {minutes} times, where a minute is full; a column map with \
+            "the time looks like a clock, HHMMSS: {} is followed by {}, as at {minutes} full minutes; a column map with \
              unit = \"hhmmss\" for the time reads it",
             first[0], first[1]
         ),

@@ -1,4 +1,4 @@
-//! Signals that cannot be those of two cars on a road: units taken for each other, speeds exchanged, noise in place of accelerations.
+//! Signals that two cars on a road cannot have: confused units, exchanged speeds, noise in place of accelerations.
 
 use super::finding::{Finding, FindingKind, Remedy, Who};
 use super::limits::LIMITS;
@@ -18,7 +18,7 @@ pub(super) fn factor(link: &Link) -> Option<Finding> {
     Some(Finding {
         matters: true,
         remedies: vec![Remedy::of(mend)],
-        sentence: format!("{}: changes {ratio:.3} times as much as the speeds say{hint}: check units", link.called),
+        sentence: format!("{}: changes {ratio:.3} times as much as the speeds imply{hint}: check units", link.called),
         ..Finding::new(kind, Who::Both, if exchanged { "speed" } else { "gap" }, ratio, "-")
     })
 }
@@ -34,8 +34,8 @@ pub(super) fn too_fast(link: &Link) -> impl Iterator<Item = Finding> + '_ {
             matters: true,
             remedies: vec![Remedy::of("columns")],
             sentence: format!(
-                "{} is up to {highest:.1} m/s ({:.0} km/h), above {} m/s in {} samples, the first at {:.1} s: no car behind another one \
-                 drives so fast; is it in ft/s or km/h?",
+                "{} is up to {highest:.1} m/s ({:.0} km/h), above {} m/s in {} samples, the first at {:.1} s: no follower \
+                 drives that fast; is it in ft/s or km/h?",
                 signal.title,
                 highest * 3.6,
                 LIMITS.fast,
@@ -47,7 +47,7 @@ pub(super) fn too_fast(link: &Link) -> impl Iterator<Item = Finding> + '_ {
     })
 }
 
-/// Fewer differences tell nothing of their noise.
+/// Fewer differences do not determine their noise.
 const DIFFERENCES: usize = 50;
 
 /// The acceleration of the follower, differences of its speed over a time step, is noise that changes from sample to sample.
@@ -59,7 +59,7 @@ pub(super) fn noisy(link: &Link) -> Option<Finding> {
         return None;
     }
     let total = squares.iter().sum::<f64>() / squares.len() as f64;
-    // Third differences leave nothing of what a car does within three samples; those of white noise have twenty times its variance.
+    // Third differences remove the motion of a car within three samples; those of white noise have twenty times its variance.
     let thirds = v.windows(4).map(|v| v[3] - 3.0 * v[2] + 3.0 * v[1] - v[0]);
     let noise = robust_scale(thirds).unwrap_or(0.0).powi(2) / 20.0;
     let share = (2.0 * noise / (dt * dt) / total).min(1.0);

@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// Dampings tried in a turn, as factors of the present one; the first two once more with the majorant.
 const DAMPINGS: [f64; 6] = [1e-7, 1e-4, 1e-2, 1e-1, 1.0, 30.0];
-/// Of these, how many are tried with the majorant, too: where a score comes down to 0, its curvature vanishes along the way.
+/// Number of these that are tried with the majorant, too: where a score approaches 0, its curvature vanishes along the way.
 const MAJORANTS: usize = 1;
 /// The best factor: a turn in which another one was better moves the damping towards it.
 const USUAL: f64 = 1e-2;
@@ -21,7 +21,7 @@ const IDLE: usize = 2;
 /// The least curvature of a coordinate, as a share of the largest.
 const LEAST: f64 = 1e-6;
 
-/// How far to go down.
+/// Lowest cost of interest.
 #[derive(Debug, Clone, Copy)]
 pub struct Course {
     /// What is minimised.
@@ -39,8 +39,8 @@ pub struct Walker {
     pub place: Vec<f64>,
     /// The cost there.
     pub cost: f64,
-    /// Gain that the least damped step of the last turn promised beyond what was gained: much on a kink and on the edge of what is
-    /// feasible, where derivatives do not lead on.
+    /// Gain that the least damped step of the last turn promised beyond the real one: large on a kink and at the edge of the
+    /// feasible region, where derivatives do not help.
     pub promise: f64,
     damping: f64,
     idle: usize,
@@ -74,7 +74,7 @@ impl Walker {
         (steps.iter().map(place).collect(), promise)
     }
 
-    /// Goes to the best of the places that were tried.
+    /// Moves to the best of the tried places.
     fn take(&mut self, cost: f64, (tried, promise): &(Vec<Vec<f64>>, f64), costs: &[f64], tolerance: f64) {
         self.cost = cost;
         let best = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).expect("dampings");
@@ -92,18 +92,18 @@ impl Walker {
     }
 }
 
-/// Simulations of a turn of one place with so many coordinates.
+/// Simulations of a turn of one place with this many coordinates.
 pub fn turn(moved: usize) -> usize {
     moved + 1 + DAMPINGS.len() + MAJORANTS
 }
 
-/// What a descent is allowed, and who looks on.
+/// Limits of a descent, and its observer.
 pub trait Watch {
-    /// Asks for so many simulations; false ends the descent where it is.
+    /// Requests this many simulations; false ends the descent.
     fn spend(&mut self, simulations: usize) -> bool;
 }
 
-/// What a descent goes down: a cost of places whose coordinates lie between 0 and 1.
+/// Cost that a descent minimises, over places whose coordinates lie between 0 and 1.
 pub trait Surface {
     /// Why there is no cost.
     type Error;
@@ -124,7 +124,7 @@ pub trait Surface {
     fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, Self::Error>;
 }
 
-/// Goes down from all places, held coordinates apart; those whose first run fails have an infinite cost.
+/// Descends from all places, without `held` coordinates; those whose first run fails have an infinite cost.
 ///
 /// # Errors
 /// Where the surface cannot be evaluated.

@@ -12,7 +12,7 @@ use crate::rescore;
 use crate::symbols::Symbol;
 use nalgebra::{DMatrix, DVector};
 
-/// How much worse than the best a place may be that goes on to the end.
+/// Largest ratio of the cost of a place to the best one for the place to continue to the end.
 const BEHIND: f64 = 1.05;
 /// Softness of collisions on the way, and then of those that a place still has: the shortfall becomes small, the price high.
 const SOFT: [Soft; 3] =
@@ -22,21 +22,21 @@ const SOFT_TURNS: [usize; 3] = [15, 8, 8];
 const EXACT_TURNS: usize = 10;
 /// Gain of a turn, as a share of the cost, below which a descent is idle at its end.
 const FINE: f64 = 1e-6;
-/// A promise of derivatives that is not kept, as a share of the score: below it a place is an optimum, above it a polish follows.
+/// An unfulfilled promise of the derivatives, as a share of the score: below it a place is an optimum, above it a polish follows.
 const PROMISE: f64 = 1e-5;
-/// Rise of the score, as a share of it, to the places that a polish on an edge begins with, and their number per parameter.
+/// Rise of the score, as a share of it, to the places from which a polish on an edge starts, and their number per parameter.
 const EDGE: f64 = 1e-4;
 const EDGES: usize = 4;
-/// Simulations of a polish per parameter at most, and what its generations are multiples of: the lanes of a small block.
+/// Largest number of simulations of a polish per parameter, and the unit of its generations: the lanes of a small block.
 const POLISH: usize = 250;
 const LANES: usize = 16;
-/// Candidates per parameter that are looked at around the best, their mean rises as shares of its score, and the curvature of a
-/// parameter that does nothing, as a share of the largest. Correlations need ten per parameter within the rise that ends an interval, so
+/// Candidates per parameter that are examined around the best, their mean rises as shares of its score, and the curvature of a
+/// parameter without effect, as a share of the largest. Correlations need ten per parameter within the rise that ends an interval, so
 /// some are far nearer than others.
 const AROUND: usize = 36;
 const RISES: [f64; 2] = [0.005, 0.0005];
 const WIDEST: f64 = 1e-4;
-/// How far behind a whole number of samples a delay is put, so that no rounding puts it before \[s\].
+/// Distance of a delay behind a whole number of samples, so that no rounding puts it before \[s\].
 const BEHIND_A_SAMPLE: f64 = 1e-6;
 
 /// A soft run under a pull.
@@ -53,7 +53,7 @@ struct Ending {
 }
 
 impl Search<'_> {
-    /// To the end from the best places: collisions become hard, delays whole where they are. The lowest exact score.
+    /// To the end from the best places: collisions become hard, delays whole where the convention has whole ones. The lowest exact score.
     pub(super) fn finish(&mut self, walkers: Vec<Walker>, most: usize) -> Result<f64, CalibrateError> {
         let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(f64::INFINITY) };
         let is_near = |walker: &Walker| walker.cost <= best * BEHIND;
@@ -92,7 +92,7 @@ impl Search<'_> {
         Ok(best.score)
     }
 
-    /// Down by the exact objective, `held` coordinates apart.
+    /// Descends by the exact objective, without `held` coordinates.
     fn exactly(&mut self, place: Vec<f64>, held: Vec<usize>) -> Result<Ending, CalibrateError> {
         let mut ending = Ending { place, score: f64::INFINITY, promise: f64::INFINITY, held };
         if !self.record.spend(1) {
@@ -109,7 +109,7 @@ impl Search<'_> {
         Ok(ending)
     }
 
-    /// By scores alone, from a place that need not be feasible.
+    /// By scores alone, from a place that may be infeasible.
     fn polished(&mut self, found: (Vec<f64>, f64), held: &[usize]) -> Result<(Vec<f64>, f64), CalibrateError> {
         let moved: Vec<usize> = (0..found.0.len()).filter(|i| !held.contains(i)).collect();
         let n = moved.len();
@@ -176,7 +176,7 @@ impl Search<'_> {
         self.compare_with_target()
     }
 
-    /// True if some place pays for something, in runs without a pull.
+    /// True if some place pays a price, in runs without a pull.
     fn any_pays(&mut self, places: &[Vec<f64>]) -> Result<bool, CalibrateError> {
         if !self.record.spend(places.len()) {
             return Ok(false);
@@ -185,7 +185,7 @@ impl Search<'_> {
         Ok(scores.iter().any(|(_, shortfall)| *shortfall > 0.0))
     }
 
-    /// The place, and no coordinate held; where the convention floors delays, the places with the delay at the two whole numbers of samples
+    /// The place, and no held coordinate; where the convention floors delays, the places with the delay at the two whole numbers of samples
     /// around it, and its coordinate.
     fn with_whole_delays(&self, place: &[f64]) -> Vec<(Vec<f64>, Vec<usize>)> {
         let Some((at, delays)) = self.whole_delays(place) else { return vec![(place.to_vec(), Vec::new())] };
@@ -223,7 +223,7 @@ impl Search<'_> {
         Some((at, [steps, steps + 1.0].into_iter().filter_map(of).collect()))
     }
 
-    /// Candidates around the best one, as far away as costs a little: they show which parameters make up for each other.
+    /// Candidates around the best one, as far away as costs a little: they show which parameters compensate for each other.
     pub(super) fn look_around(&mut self) -> Result<(), CalibrateError> {
         let Some((best, score)) = self.record.best.clone() else { return Ok(()) };
         let rises = RISES.map(|rise| rise * score.max(FLOOR));

@@ -1,16 +1,16 @@
 //! Calibration by derivatives: Gauss and Newton's steps from many starts, under a pull towards the measurement that fades.
 //!
-//! A goodness of fit is a sum of norms of residuals, so that their derivatives give both its gradient and most of its curvature. Alone,
-//! such steps end in the basin that they start in. Where the simulated follower is pulled to the measured one after each step, all starts
-//! find the same basin; as the pull is weakened, they follow it. Runs go on behind a collision and pay for it, because a score that ends
-//! at one says nothing of the way out. Several searches that agree end the calibration.
+//! A goodness of fit is a sum of norms of residuals, so their derivatives give both its gradient and most of its curvature. Alone,
+//! such steps end in the basin in which they start. If the simulated follower is pulled to the measured one after each step, all starts
+//! find the same basin; as the pull is weakened, they follow it. Runs continue behind a collision and pay for it, because a score that ends
+//! at one does not show the way out. Several searches that agree end the calibration.
 //!
 //! 1. Here: searches are repeated until enough agree.
-//! 2. `record`: what they have spent and found, and when they have to stop.
+//! 2. `record`: their effort and results, and when they have to stop.
 //! 3. `round`: one search, from random places to the basins that it finds.
 //! 4. `ending`: from a basin to its lowest exact score, and the candidates around it.
 //!
-//! `descent` and `step` are Levenberg and Marquardt's method, `objective` is what it minimises.
+//! `descent` and `step` are Levenberg and Marquardt's method, `objective` is their objective.
 
 pub mod descent;
 mod ending;
@@ -41,12 +41,12 @@ const AGREEING: usize = 2;
 pub(super) struct Ground {
     /// With delays between samples, so that the score is smooth in them.
     smooth: Lanes,
-    /// As the convention has it, where that is something else.
+    /// By the convention, if it has another one.
     exact: Option<Lanes>,
 }
 
 impl Ground {
-    /// `None` for another optimiser, and for Theil's coefficients, which are no norms of residuals.
+    /// `None` for another optimiser, and for Theil's coefficients, which are not norms of residuals.
     pub fn new(cases: &[Case], gof: &GoodnessOfFit, settings: &Calibration) -> Result<Option<Ground>, EvaluateError> {
         let Case { variant, convention, .. } = &cases[0];
         if settings.optimizer != OptimizerKind::Auto || gof.accumulation() == Accumulation::Theil {
@@ -72,7 +72,7 @@ impl Ground {
 pub(super) enum Ended {
     /// With a result.
     Found(Replicate),
-    /// Searches disagree, or nothing was feasible: another optimiser has to go on; with the best so far.
+    /// Searches disagree, or nothing was feasible: another optimiser has to continue, with the best so far.
     Open(Replicate),
 }
 
@@ -132,7 +132,7 @@ impl Search<'_> {
     }
 }
 
-/// True if enough searches came to the lowest of their scores. Each that found nothing stands for a basin of its own.
+/// True if enough searches reached the lowest of their scores. Each that found nothing counts as a basin of its own.
 fn agree(found: &[f64]) -> bool {
     let mut scores = found.to_vec();
     scores.sort_by(f64::total_cmp);

@@ -1,4 +1,4 @@
-//! What a search by derivatives minimises, in coordinates from 0 to 1.
+//! Objective of a search by derivatives, in coordinates from 0 to 1.
 
 use super::descent::Surface;
 use crate::calibrate::SearchSpace;
@@ -11,7 +11,7 @@ use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// Finite difference in a coordinate, a share of its range: far above what f64 rounds away, far below what curves.
+/// Finite difference in a coordinate, a share of its range: far above the rounding of f64, far below the scale of curvature.
 pub const DIFFERENCE: f64 = 1e-6;
 
 /// The mean score of a variant over some cases.
@@ -54,7 +54,7 @@ impl<'a> Objective<'a> {
     pub fn coordinate(&self, parameter: usize, value: f64) -> Option<(usize, f64)> {
         let at = self.free.iter().position(|free| *free == parameter)?;
         let (lower, upper) = (self.bounds.lower[at], self.bounds.upper[at]);
-        // No parameter that is looked for by its value spans decades.
+        // No parameter that is searched by its value spans decades.
         Some((at, (value - lower) / (upper - lower)))
     }
 

@@ -1,4 +1,4 @@
-//! What a replicate has spent and found, and when it has to stop.
+//! Effort and results of a replicate, and when it has to stop.
 
 use super::descent::Watch;
 use crate::calibrate::search::fall_to;
@@ -6,7 +6,7 @@ use crate::calibrate::{Calibration, Progress, StopReason};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Evaluations that are kept for the exact scores of the places that a search has come to when it is stopped.
+/// Evaluations reserved for the exact scores of the places of a search when it is stopped.
 pub const LAST: usize = 16;
 
 /// The books of a replicate.
@@ -55,7 +55,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Why no more simulations may be spent, if so.
+    /// Why no more simulations may be used, if so.
     fn refusal(&self, simulations: u64) -> Option<StopReason> {
         let stop = &self.settings.stop;
         let best = self.best.as_ref().map(|(_, score)| *score);

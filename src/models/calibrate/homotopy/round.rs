@@ -11,16 +11,16 @@ use rand::RngExt;
 /// Random places that a search begins with, and the share of all evaluations that they may take.
 const SCREENED: usize = 96;
 const SCREENING: f64 = 0.25;
-/// Of these, how many go down, and how far apart they are at least, as a root mean square over the coordinates.
+/// Number of these that descend, and their least distance, as a root mean square over the coordinates.
 const STARTS: usize = 10;
 const APART: f64 = 0.15;
-/// Turns that there should be evaluations for, lest fewer starts go down.
+/// Turns for which there should be evaluations; otherwise fewer starts descend.
 const SOME_TURNS: usize = 5;
-/// Places that go on to the end.
+/// Places that continue to the end.
 const FINAL: usize = 3;
 /// Gain of a turn, as a share of the cost, below which a descent is idle.
 const ROUGH: f64 = 1e-4;
-/// Without a pull: turns, and how many places go on after them.
+/// Without a pull: turns, and the number of places that continue after them.
 const DIRECT: [(usize, usize); 3] = [(3, STARTS), (4, 5), (8, FINAL)];
 /// Shares of the residuals that are taken back after each step, one level after the other.
 const LEVELS: [f64; 5] = [0.1, 0.03, 0.01, 0.003, 0.001];
@@ -29,7 +29,7 @@ const TURNS: usize = 6;
 const FREE_TURNS: usize = 10;
 /// A pull from which on costs are nearly those of free runs.
 const WEAK: f64 = 0.003;
-/// Under a stronger pull and under a weaker one: costs above this multiple of the best are given up, and so many places go on.
+/// Under a stronger pull and under a weaker one: costs above this multiple of the best are given up, and this many places continue.
 const BEHIND: [f64; 2] = [1.5, 1.25];
 const KEPT: [usize; 2] = [STARTS, 6];
 /// Two places have met if their costs differ by less than the first share and their coordinates by less than [`APART`], or their costs by
@@ -37,7 +37,7 @@ const KEPT: [usize; 2] = [STARTS, 6];
 const MET: [f64; 2] = [3e-3, 1e-6];
 
 impl Search<'_> {
-    /// The lowest exact score that one search comes to; infinite if it is stopped or finds nothing.
+    /// The lowest exact score of one search; infinite if it is stopped or finds nothing.
     pub(super) fn round(&mut self, round: u64) -> Result<f64, CalibrateError> {
         let settings = self.record.settings;
         let mut rng = stream(settings.seed, self.record.number, round, 0);
@@ -48,7 +48,7 @@ impl Search<'_> {
         self.finish(merged(walkers), FINAL)
     }
 
-    /// Without a pull: all that most surfaces need, and the first result of every search.
+    /// Without a pull: enough for most surfaces, and the first result of every search.
     fn directly(&mut self, places: &[Vec<f64>]) -> Result<Vec<Walker>, CalibrateError> {
         let pull = pulled(0.0);
         let mut starts = self.best_starts(places, pull)?;
@@ -84,7 +84,7 @@ impl Search<'_> {
         Ok(descend(&self.smooth, starts, &[], course, &mut self.record)?)
     }
 
-    /// The best places that are apart, as many as there are evaluations to bring some turns down; none if there are too few to tell.
+    /// The best distinct places, as many as there are evaluations to improve them for some turns; none if there are too few.
     fn best_starts(&mut self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<Vec<f64>>, CalibrateError> {
         if !self.record.spend(places.len()) {
             return Ok(Vec::new());
@@ -96,7 +96,7 @@ impl Search<'_> {
     }
 }
 
-/// The best places that are so far apart, at most so many.
+/// The best places at this distance from each other, at most this many.
 fn best_apart(places: &[Vec<f64>], costs: &[f64], most: usize) -> Vec<Vec<f64>> {
     let mut order: Vec<usize> = (0..places.len()).filter(|&i| costs[i].is_finite()).collect();
     order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));

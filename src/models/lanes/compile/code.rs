@@ -1,11 +1,11 @@
-//! What instructions do, and on which rows.
+//! Instructions, and the rows that they use.
 
 use super::flat::{Binary, Unary};
 
 /// A row of the register file: one value per lane.
 pub type Row = u16;
 
-/// The first of operations done in one instruction; each is rounded by itself.
+/// The first of operations done in one instruction; each is rounded separately.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Inner {
     Add,
@@ -14,7 +14,7 @@ pub enum Inner {
 }
 
 impl Inner {
-    /// The same operation on what was done before, which is its left operand or its right one.
+    /// The same operation on the previous result, which is its left operand or its right one.
     pub fn after(self, is_left: bool) -> Outer {
         match self {
             Inner::Add => Outer::Add,
@@ -25,7 +25,7 @@ impl Inner {
     }
 }
 
-/// A later one of operations done in one instruction, on what was done before, i, and another value z.
+/// A later one of operations done in one instruction, on the previous result, i, and another value z.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Outer {
     Add,
@@ -48,7 +48,7 @@ pub enum Outer {
     MinOf,
 }
 
-/// Gives a macro the rows of three operations that the ninety variants have most of.
+/// Gives a macro the rows of the three operations that are most frequent in the ninety variants.
 macro_rules! triples {
     ($macro:ident) => {
         $macro! {
@@ -80,7 +80,7 @@ macro_rules! list {
 /// Three operations that one instruction does.
 pub const TRIPLES: &[(Inner, Outer, Outer)] = triples!(list);
 
-/// What an instruction does with its source rows.
+/// Operation of an instruction on its source rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Code {
     Copy,
@@ -111,7 +111,7 @@ pub enum Code {
 }
 
 impl Code {
-    /// How many rows it writes and reads.
+    /// Numbers of written and read rows.
     pub fn rows(self) -> (usize, usize) {
         match self {
             Code::Copy | Code::Unary(_) => (1, 1),
@@ -123,7 +123,7 @@ impl Code {
         }
     }
 
-    /// How many of the rows that it reads are each lane's own; of the others it reads the first lane.
+    /// Number of read rows that differ by lane; of the others it reads the first lane.
     pub fn own(self) -> usize {
         if self == Code::Moved { 3 } else { self.rows().1 }
     }
@@ -138,7 +138,7 @@ pub const READ: usize = 7;
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
     pub code: Code,
-    /// Rows written, each by itself and none that is read.
+    /// Written rows, each separate and none that is read.
     pub to: Vec<Row>,
     /// Rows read.
     pub from: Vec<Row>,

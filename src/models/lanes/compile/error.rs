@@ -1,4 +1,4 @@
-//! What a text can be refused for.
+//! Reasons to refuse a text.
 
 use crate::wgsl::{ShaderError, Source};
 use naga::Span;
@@ -26,9 +26,9 @@ pub enum LanesError {
         /// The line as written.
         code: String,
     },
-    /// More than there are rows for.
+    /// More operations than rows.
     #[error(
-        "the model has {operations} operations after calls are put in, of which the CPU takes {most} at most; use fewer extensions, \
+        "the model has {operations} operations with calls inlined, and the CPU takes {most} at most; use fewer extensions, \
          or shorter ones"
     )]
     TooLarge {
@@ -37,7 +37,7 @@ pub enum LanesError {
         /// Most of them.
         most: usize,
     },
-    /// A function that the time loop needs is not there.
+    /// A function that the time loop needs is missing.
     #[error("function `{name}` is missing; the text has {}", if found.is_empty() { "none".to_owned() } else { found.join(", ") })]
     Missing {
         /// Its name.

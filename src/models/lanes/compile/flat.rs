@@ -66,7 +66,7 @@ impl Op {
     }
 }
 
-/// Operations in an order in which they can be done; equal ones are one.
+/// Operations in a valid order; equal ones are one.
 #[derive(Debug, Clone, Default)]
 pub struct Ops {
     ops: Vec<Op>,
@@ -98,7 +98,7 @@ impl Ops {
         }
     }
 
-    /// Adds an operation, or finds it. Only what is exact is computed here.
+    /// Adds an operation, or finds it. Only exact operations are computed here.
     pub fn push(&mut self, op: Op) -> Id {
         let op = match op {
             // The operands of a sum or product may change places without changing a bit.

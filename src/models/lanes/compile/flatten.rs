@@ -19,7 +19,7 @@ enum Value {
 /// Flattens one function. Arguments of one path given in `same` are taken to be the other path's: (`x.s`, `now.s`).
 ///
 /// # Errors
-/// [`LanesError::Missing`], or [`LanesError::Unsupported`] for what parts may not use.
+/// [`LanesError::Missing`], or [`LanesError::Unsupported`] for constructs that parts may not use.
 pub fn flatten(source: &Source, checked: &Checked, name: &str, same: &[(&str, &str)]) -> Result<Flat, LanesError> {
     let functions = &checked.module.functions;
     let Some((handle, function)) = functions.iter().find(|(_, f)| f.name.as_deref() == Some(name)) else {
@@ -40,7 +40,7 @@ pub fn flatten(source: &Source, checked: &Checked, name: &str, same: &[(&str, &s
             replace(&mut arguments, i, k);
         }
     }
-    // Until here an argument stands for its position.
+    // Up to this point an argument stands for its position.
     let arguments = arguments.into_iter().map(|a| flattener.bound(a)).collect();
     let inputs: Vec<_> = inputs.into_iter().map(|(path, i)| (path, flattener.ops.push(Op::Input(i)))).collect();
     let result = flattener.function(handle, arguments)?;
@@ -433,7 +433,7 @@ impl<'a> Flattener<'a> {
     }
 }
 
-/// Functions that `lanes` has its own of, and what these are made of.
+/// Functions with their own implementation in `lanes`, and their parts.
 fn is_built_in(name: &str) -> bool {
     let own = ["power", "exponential", "logarithm", "opaque", "opaque_even", "opaque_odd"];
     let pieces = ["exponent_of", "log2_of_mantissa", "power_of_two"];

@@ -1,7 +1,7 @@
-//! Operations that every step of every model has, done in one instruction: it writes several rows, and what is between
-//! its operations stays in registers. Each operation is rounded by itself, as in the text.
+//! Operations that every step of every model has, done in one instruction: it writes several rows, and intermediate results
+//! stay in registers. Each operation is rounded separately, as in the text.
 //!
-//! A group is recognised by its operations, not by its file. Text that says it otherwise runs as single instructions.
+//! A group is recognised by its operations, not by its file. The same formula in another form runs as single instructions.
 
 use super::code::Code;
 use super::flat::{Binary, Id, Op, Ops, Unary};
@@ -10,16 +10,16 @@ use super::flat::{Binary, Id, Op, Ops, Unary};
 #[derive(Debug)]
 pub struct Group {
     pub code: Code,
-    /// What it writes, in the order of the instruction.
+    /// Written rows, in the order of the instruction.
     pub outputs: Vec<Id>,
-    /// What it reads, in the order of the instruction.
+    /// Read rows, in the order of the instruction.
     pub sources: Vec<Id>,
     /// All of its operations.
     pub inside: Vec<Id>,
 }
 
-/// The groups among those operations that are needed. `shared` tells which have one result for all lanes, `users` has the needed
-/// readers of each operation, `is_wanted` tells which have to be in a row of their own.
+/// The groups among the needed operations. `shared` shows which have one result for all lanes, `users` has the needed
+/// readers of each operation, `is_wanted` shows which have to be in a row of their own.
 pub fn groups(
     ops: &Ops,
     shared: &[bool],
@@ -49,7 +49,7 @@ pub fn groups(
 }
 
 impl Group {
-    /// The first of its results: where it is done.
+    /// The first of its results: where the group is computed.
     pub fn begin(&self) -> Id {
         *self.outputs.iter().min().expect("a group has results")
     }
@@ -78,7 +78,7 @@ impl Search<'_> {
         }
     }
 
-    /// A reader of `id` that is a sum or product with something else, and that.
+    /// A reader of `id` that is a sum or product with another operand, and that operand.
     fn reader(&self, id: Id, kind: Binary) -> Option<(Id, Id)> {
         self.users[id].iter().find_map(|user| Some((*user, self.other(*user, kind, id)?)))
     }

@@ -9,10 +9,10 @@ use crate::extension::Initial;
 use crate::wgsl::{Checked, DECAY, Recipe, Source, memory_of};
 use std::collections::HashMap;
 
-/// Rows of the state: spacing, speed, acceleration, then what compensated sums carry, then the memory of extensions.
+/// Rows of the state: spacing, speed, acceleration, then the second words of compensated sums, then the memory of extensions.
 pub type Home = Vec<Row>;
 
-/// Rows of what the time loop looks up for extensions; those that nobody reads are not there.
+/// Rows of the time loop's look-ups for extensions; unused ones are missing.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct GivenRows {
     pub t: Option<Row>,
@@ -28,7 +28,7 @@ pub struct GivenRows {
 pub struct Model {
     /// Rows in all.
     pub rows: usize,
-    /// Rows that a step touches; what has to fit into the nearest cache.
+    /// Rows that a step touches; they have to fit into the nearest cache.
     pub busy: usize,
     /// Row of each parameter that is read, by its symbol's name.
     pub parameters: Vec<(String, Row)>,
@@ -38,7 +38,7 @@ pub struct Model {
     pub job: [Row; 3],
     /// Literals and their rows.
     pub literals: Vec<(f32, Row)>,
-    /// What depends on parameters and the job only.
+    /// Values that depend on parameters and the job only.
     pub prologue: Vec<Step>,
     /// Spacing, speed, leader's speed as perceived.
     pub perceived: [Row; 3],
@@ -48,9 +48,9 @@ pub struct Model {
     pub dx_l_is_shared: bool,
     /// sin_grade, a_dp, a_ap.
     pub road: [Row; 3],
-    /// What the time loop looks up for extensions.
+    /// The time loop's look-ups for extensions.
     pub given: GivenRows,
-    /// What the memory of extensions is at the start; its rows are the last of a home.
+    /// Initial values of the memory of extensions; its rows are the last of a home.
     pub memory: Vec<Initial>,
     /// Place of the missing acceleration in a home.
     pub missing: Option<usize>,
@@ -159,7 +159,7 @@ impl Model {
             }
         }
 
-        // What follows from rows that stay the same all along a run is computed once.
+        // Results that follow from constant rows of a run are computed once.
         let wanted = once_per_candidate(&step, &fixed);
         let targets: Vec<(Id, Option<Row>)> = wanted.iter().map(|id| (*id, Some(rows.pin()))).collect();
         let prologue = schedule(&step.ops, &shared, &fixed, &targets, &mut rows).steps;
@@ -247,7 +247,7 @@ pub fn check_model(recipe: &Recipe) -> Result<(), LanesError> {
     Model::compile(&source, &checked, recipe).map(|_| ())
 }
 
-/// What a part of the memory is at the start; the missing acceleration begins with 0.
+/// Initial value of a part of the memory; the missing acceleration begins with 0.
 fn initial(recipe: &Recipe, path: &str) -> Initial {
     let of_extension =
         path.strip_prefix("memory.").and_then(|path| path.split_once('.')).and_then(|(whose, member)| {

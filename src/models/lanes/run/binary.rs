@@ -1,4 +1,4 @@
-//! What `power`, `exponential` and `logarithm` have in common, in f32 and in f64: binary exponents, and the polynomials of log2 and 2^x.
+//! Common parts of `power`, `exponential` and `logarithm`, in f32 and in f64: binary exponents, and the polynomials of log2 and 2^x.
 
 /// In f32, operation for operation as in shaders/power.wgsl.
 pub mod single {
@@ -35,10 +35,10 @@ pub mod single {
         f32::from_bits(y.to_bits() & 0xffff_f000)
     }
 
-    /// 2^whole; 0 and infinity beyond what normal numbers reach.
+    /// 2^whole; 0 and infinity outside the range of normal numbers.
     #[inline(always)]
     pub fn scale(whole: f32) -> f32 {
-        // Comparisons, not f32::max: its care for NaN costs, and there is none unless an argument is NaN.
+        // Comparisons, not f32::max: its treatment of NaN costs time, and there is none unless an argument is NaN.
         let above = if whole > -127.0 { whole } else { -127.0 };
         let within = if above < 128.0 { above } else { 128.0 };
         f32::from_bits((within + 8_388_735.0).to_bits() << 23)
@@ -90,7 +90,7 @@ pub mod double {
         [e, (m - 1.0) / (m + 1.0)]
     }
 
-    /// 2^whole; 0 and infinity beyond what normal numbers reach.
+    /// 2^whole; 0 and infinity outside the range of normal numbers.
     #[inline(always)]
     pub fn scale(whole: f64) -> f64 {
         let above = if whole > -1023.0 { whole } else { -1023.0 };

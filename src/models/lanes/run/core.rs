@@ -16,7 +16,7 @@ use crate::wgsl::member;
 use rayon::prelude::*;
 use std::sync::Mutex;
 
-/// What one run tells: the score in the precision of the run, and everything raw.
+/// Result of one run: the score in the precision of the run, and all raw values.
 #[derive(Debug, Clone, Copy)]
 pub struct Finished {
     pub score: Score,
@@ -26,7 +26,7 @@ pub struct Finished {
 /// The state at the samples before a traced run: spacing, speed, acceleration.
 pub type History<'a> = [&'a [f64]; 3];
 
-/// What is traced of a candidate.
+/// Traced values of a candidate.
 #[derive(Debug, Clone, Copy)]
 pub struct Traces<'a> {
     /// First sample of each trace.
@@ -41,7 +41,7 @@ pub struct Traces<'a> {
 #[derive(Debug)]
 struct Blocks<T, const L: usize> {
     program: Program<T, L>,
-    /// Workspaces that no thread uses now.
+    /// Idle workspaces.
     idle: Mutex<Vec<Box<Workspace<T, L>>>>,
 }
 
@@ -62,16 +62,16 @@ impl<T: Real, const L: usize> Blocks<T, L> {
     }
 }
 
-/// Samples that a block leaves residuals of before they are looked at: so few that they are still in a near cache, so many that to stop
-/// and go on costs nothing.
+/// Samples between two readings of a block's residuals: so few that they are still in a near cache, so many that the
+/// interruption costs nothing.
 const STRETCH: usize = 128;
 
-/// What runs leave sample by sample; its value is how many numbers.
+/// Values that runs store sample by sample; its value is their number.
 #[derive(Debug, Clone, Copy)]
 enum Leaving {
     /// Residuals of spacing and speed.
     Residuals = 2,
-    /// What the goodness of fit squares.
+    /// Residuals that the goodness of fit squares.
     Weighted = SIGNALS as isize,
 }
 
@@ -86,7 +86,7 @@ pub struct Core<T, const A: usize, const B: usize> {
     small: Blocks<T, B>,
     /// Only blocks of this many lanes, for tests.
     pub(super) only: Option<usize>,
-    /// Room that a run leaves to the next one.
+    /// Memory that a run leaves to the next one.
     plan: Plan,
     sorted: Vec<Finished>,
 }
@@ -214,7 +214,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         self.streams.iter().map(|stream| stream.longest).max().unwrap_or(0)
     }
 
-    /// Runs with observers, one per candidate, and what they add up.
+    /// Runs with observers, one per candidate, and their sums.
     pub fn observed(
         &self,
         cases: &[Case],
@@ -251,7 +251,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         observed
     }
 
-    /// Runs with observers, one per candidate, sample by sample; in small blocks, for they are remembered whole.
+    /// Runs with observers, one per candidate, sample by sample; in small blocks, because all their samples are stored.
     pub fn innovations(
         &self,
         cases: &[Case],
@@ -301,7 +301,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         all
     }
 
-    /// Runs with observers, one per candidate: only the residuals, stretch by stretch, for those who fit.
+    /// Runs with observers, one per candidate: only the residuals, stretch by stretch, for fits.
     pub fn residuals(
         &self,
         cases: &[Case],
@@ -338,7 +338,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         Ok((plan, failed))
     }
 
-    /// Scores of runs with observers, one per candidate, and how far they fell short.
+    /// Scores of runs with observers, one per candidate, and their shortfalls.
     pub fn soft_scores(
         &self,
         cases: &[Case],
@@ -457,7 +457,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         Ok(all)
     }
 
-    /// All blocks go on by a stretch of samples, and leave their residuals to `each`; in the end, which runs failed.
+    /// All blocks advance by a stretch of samples, and pass their residuals to `each`; finally, which runs failed.
     fn leave<const L: usize>(
         &self,
         blocks: &Blocks<T, L>,

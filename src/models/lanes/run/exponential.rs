@@ -20,7 +20,7 @@ pub fn exponential(x: f32) -> f32 {
     if x.is_nan() { x } else { result }
 }
 
-/// Natural logarithm; that of the smallest normal number for what is below it.
+/// Natural logarithm; that of the smallest normal number for smaller arguments.
 #[must_use]
 #[inline(always)]
 pub fn logarithm(x: f32) -> f32 {
@@ -47,7 +47,7 @@ pub fn exponential_f64(x: f64) -> f64 {
     if x.is_nan() { x } else { result }
 }
 
-/// Natural logarithm in f64; that of the smallest normal number for what is below it.
+/// Natural logarithm in f64; that of the smallest normal number for smaller arguments.
 #[must_use]
 #[inline(always)]
 pub fn logarithm_f64(x: f64) -> f64 {

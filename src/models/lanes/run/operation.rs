@@ -1,4 +1,4 @@
-//! Operations on one lane, and loops that do them in all lanes of a few rows. Each row is an argument by itself: so the compiler
+//! Operations on one lane, and loops that do them in all lanes of a few rows. Each row is a separate argument, so the compiler
 //! knows that no two overlap.
 
 use super::real::Real;
@@ -154,7 +154,7 @@ pub fn each_compare<T: Real, C: Compare, const L: usize>(
     }
 }
 
-/// Eq. 1, with what all lanes share.
+/// Eq. 1, with the values that all lanes share.
 #[inline(always)]
 #[allow(clippy::too_many_arguments, reason = "one row each, so that the compiler knows that none overlap")]
 pub fn each_moved<T: Real, const L: usize>(

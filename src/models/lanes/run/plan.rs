@@ -1,4 +1,4 @@
-//! Who runs beside whom: the candidates of a call, sorted by delay and cut into blocks.
+//! Which candidates run together: those of a call, sorted by delay and cut into blocks.
 
 use super::core::Core;
 use super::real::Real;
@@ -15,7 +15,7 @@ pub struct Part {
     pub to: usize,
 }
 
-/// Who runs beside whom.
+/// Candidates that run together.
 #[derive(Debug, Default)]
 pub struct Plan {
     /// Lanes of a block.
@@ -27,12 +27,12 @@ pub struct Plan {
 }
 
 impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
-    /// Lanes of a block: the size with the least time for these jobs on so many threads.
+    /// Lanes of a block: the size with the least time for these jobs on this many threads.
     pub(super) fn lanes(&self, jobs: &[Job<'_>]) -> usize {
         if let Some(only) = self.only {
             return if A <= only && self.set != InstructionSet::Baseline { A } else { B };
         }
-        // On a thread of the pool, the others have work of their own.
+        // On a thread of the pool, the others have other work.
         let threads = if rayon::current_thread_index().is_some() { 1 } else { rayon::current_num_threads() };
         // Bytes that a step touches and that have to stay in the nearest cache.
         let longest = self.streams.iter().map(|s| s.longest).max().unwrap_or(0);

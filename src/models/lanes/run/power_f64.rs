@@ -1,6 +1,6 @@
 //! The power function in f64, over blocks of values: the plan of shaders/power.wgsl with longer polynomials and fused multiply-adds.
 //!
-//! The standard library's takes its arguments one by one, and thirty times as long. Staged as in `power`, for the same reason; two
+//! The standard library's takes its arguments one by one, and thirty times as long. In stages as `power`, for the same reason; two
 //! stages are enough here.
 #![allow(clippy::needless_range_loop, reason = "loops over rows of lanes, in the form that is vectorised")]
 
@@ -17,7 +17,7 @@ pub fn power_block<const L: usize>(x: &[f64; L], y: &[f64; L], out: &mut [f64; L
         let [e, t] = parts(x[i]);
         let t2 = t * t;
         let l = horner_fused!(LOG[7], t2, LOG, (0..7).rev());
-        // y (e + log2(m)) = whole + part, with what the product y e rounds away.
+        // y (e + log2(m)) = whole + part, with the rounding error of the product y e.
         let product = y[i] * e;
         let product_whole = product.floor();
         let rest = y[i].mul_add(l * t, (product - product_whole) + y[i].mul_add(e, -product));

@@ -1,4 +1,4 @@
-//! Sums of products of differences: what the derivatives of a goodness of fit are made of.
+//! Sums of products of differences, from which the derivatives of a goodness of fit follow.
 
 use super::sums::SIGNALS;
 use crate::evaluator::{Residuals, Slopes};
@@ -7,16 +7,16 @@ use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
 
-/// A candidate among those of a run, followed by itself with one coordinate moved at a time.
+/// A candidate among those of a run, followed by copies of it with one coordinate moved at a time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Differences {
     /// Where the candidate is.
     pub first: usize,
-    /// How far each coordinate is moved.
+    /// Displacement of each coordinate.
     pub steps: Vec<f64>,
 }
 
-/// Which samples are summed apart.
+/// Samples that are summed separately.
 #[derive(Debug, Clone, Copy)]
 pub struct Bins<'a> {
     /// Of every sample the bin that it counts in, if any; bins come one after the other.
@@ -59,13 +59,13 @@ pub struct Products<'a> {
     bins: Bins<'a>,
     /// Numbers in a row of a matrix of `sums`, and rows: a multiple of [`STRIDE`].
     width: usize,
-    /// How far each coordinate is moved; first and behind the last 1.
+    /// Displacement of each coordinate; first and behind the last 1.
     steps: Vec<f64>,
-    /// One matrix per bin and signal, row by row; only from the diagonal on. What goes beyond the coordinates means nothing.
+    /// One matrix per bin and signal, row by row; only from the diagonal on. Entries beyond the coordinates are undefined.
     sums: Vec<f64>,
     /// The differences of a stretch, sample by sample.
     stretch: Vec<f64>,
-    /// Those of the speed before it, as many as the mean acceleration needs.
+    /// Speeds before it, as many as the mean acceleration needs.
     past: Vec<f64>,
 }
 
@@ -82,7 +82,7 @@ impl<'a> Products<'a> {
         Products { of, bins, width, steps, sums, stretch: Vec::new(), past: vec![0.0; bins.mean * width] }
     }
 
-    /// Where the sums of a bin and signal begin, and how many they are.
+    /// Where the sums of a bin and signal begin, and their number.
     fn place(&self, bin: usize, signal: usize) -> Range<usize> {
         let size = self.width * self.width;
         let first = (bin * SIGNALS + signal) * size;
@@ -192,7 +192,7 @@ impl<'a> Products<'a> {
     }
 }
 
-/// Turns what the candidates have, sample by sample, into differences.
+/// Turns the values of the candidates, sample by sample, into differences.
 struct Differ<'a> {
     differences: &'a mut [f64],
     steps: &'a [f64],

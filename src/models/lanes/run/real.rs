@@ -26,7 +26,7 @@ pub trait Real:
     const INFINITY: Self;
     fn of(x: f64) -> Self;
     fn to_f64(self) -> f64;
-    /// A literal of the text; in f64 the decimal that was written and not what f32 makes of it.
+    /// A literal of the text; in f64 the decimal as written, and not its f32 value.
     fn literal(x: f32) -> Self;
     fn abs(self) -> Self;
     fn sqrt(self) -> Self;
@@ -41,14 +41,14 @@ pub trait Real:
     fn whole(self) -> u32;
     fn power<const L: usize>(x: &[Self; L], y: &[Self; L], out: &mut [Self; L]);
 
-    /// The larger one; the other one where one is NaN; `other` of two zeros.
+    /// The larger one; if one is NaN, the other; `other` of two zeros.
     #[inline(always)]
     fn larger(self, other: Self) -> Self {
         let larger = if self > other { self } else { other };
         if other.is_number() { larger } else { self }
     }
 
-    /// The smaller one; the other one where one is NaN; `other` of two zeros.
+    /// The smaller one; if one is NaN, the other; `other` of two zeros.
     #[inline(always)]
     fn smaller(self, other: Self) -> Self {
         let smaller = if self < other { self } else { other };

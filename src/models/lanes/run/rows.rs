@@ -1,4 +1,4 @@
-//! Loops over the lanes of a few rows. Each row is an argument by itself: so the compiler knows that no two overlap, and
+//! Loops over the lanes of a few rows. Each row is a separate argument, so the compiler knows that no two overlap, and
 //! leaves out the check.
 #![allow(clippy::neg_cmp_op_on_partial_ord, reason = "what a NaN does must be what the kernel does")]
 
@@ -84,7 +84,7 @@ pub fn went_finite<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L], alive: 
     differ
 }
 
-/// How far values are below `least`, in the lanes that went on.
+/// Shortfall of values below `least`, in the lanes that continued.
 #[inline(always)]
 pub fn shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], to: &mut [T; L]) {
     for i in 0..L {
@@ -92,7 +92,7 @@ pub fn shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], 
     }
 }
 
-/// Adds how much of an acceleration was cut, in the lanes that went on.
+/// Adds the cut part of an acceleration, in the lanes that continued.
 #[inline(always)]
 pub fn add_cuts<T: Real, const L: usize>(a: &[T; L], a_free: &[T; L], went: &[T; L], to: &mut [T; L]) {
     for i in 0..L {
@@ -101,7 +101,7 @@ pub fn add_cuts<T: Real, const L: usize>(a: &[T; L], a_free: &[T; L], went: &[T;
     }
 }
 
-/// (y - `measured`) `factor` in the lanes that went on, 0 in the others.
+/// (y - `measured`) `factor` in the lanes that continued, 0 in the others.
 #[inline(always)]
 pub fn errors_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], to: &mut [T; L]) {
     for i in 0..L {
@@ -117,7 +117,7 @@ pub fn errors<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, to: &
     }
 }
 
-/// The residuals of spacing and speed, and what an observer's gains make of them taken from spacing, speed and missing acceleration.
+/// The residuals of spacing and speed, and their product with an observer's gains subtracted from spacing, speed and missing acceleration.
 #[inline(always)]
 pub fn observe<T: Real, const L: usize>(
     s: &mut [T; L],
@@ -147,7 +147,7 @@ pub fn add_square<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, s
     }
 }
 
-/// The same in the lanes that went on. In the others 0 is added: where the sum itself was chosen, the compiler would store it under a
+/// The same in the lanes that continued. In the others 0 is added: where the sum itself was chosen, the compiler would store it under a
 /// mask, which some processors do slowly.
 #[inline(always)]
 pub fn add_square_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], sum: &mut [T; L]) {
@@ -157,7 +157,7 @@ pub fn add_square_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor
     }
 }
 
-/// Adds the square of `term`, and what that rounds away to `low`.
+/// Adds the square of `term`, and its rounding error to `low`.
 #[inline(always)]
 pub fn add_square_compensated<T: Real, const L: usize>(
     term: &[T; L],

@@ -1,7 +1,7 @@
 //! Instructions over rows of lanes, once per instruction set.
 //!
 //! The only module with `unsafe`: function pointers compiled for an instruction set, and rows reached by number.
-//! `Instructions::new` checks what these rely on. Every set gives the same bits: Rust never fuses a multiplication with an addition
+//! `Instructions::new` checks their conditions. Every set gives the same bits: Rust never fuses a multiplication with an addition
 //! in one rounding of itself, and where f64 asks for it (`mul_add`), the baseline computes the same, more slowly.
 #![allow(unsafe_code, reason = "function pointers per instruction set; see the safety comments")]
 
@@ -15,7 +15,7 @@ use crate::lanes::compile::flat::{Binary, Unary};
 /// Instruction sets that block programs are compiled for. All give the same bits.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum InstructionSet {
-    /// What every processor of the platform has.
+    /// Available on every processor of the platform.
     Baseline,
     /// 256-bit vectors.
     Avx2,
@@ -79,7 +79,7 @@ impl<T: Real, const L: usize> Instructions<T, L> {
     /// Picks the function of each step.
     ///
     /// # Panics
-    /// If this processor has not that instruction set, or a step writes a row that it reads, a row twice, or one that is not there.
+    /// If this processor lacks that instruction set, or a step writes a row that it reads, a row twice, or a missing one.
     pub fn new(steps: &[Step], set: InstructionSet, rows: usize) -> Self {
         assert!(InstructionSet::available().contains(&set), "this processor has no {set:?}");
         let resolve = |step: &Step| {
@@ -144,7 +144,7 @@ impl<T: Real, const L: usize> Registers<T, L> {
     }
 }
 
-/// Runs a block that has begun up to a sample, in the code of an instruction set.
+/// Runs a block that has started up to a sample, in the code of an instruction set.
 ///
 /// # Panics
 /// If this processor has not that instruction set.
@@ -169,7 +169,7 @@ pub fn run_block<T: Real, const L: usize>(
     }
 }
 
-/// Rows written (before the semicolon) and read, by their numbers, as references, which tells the compiler that they do not
+/// Rows written (before the semicolon) and read, by their numbers, as references, from which the compiler knows that they do not
 /// overlap.
 macro_rules! rows {
     ($rows:ident, $at:ident, $($to:literal),*; $($source:literal),*) => {

@@ -36,7 +36,7 @@ pub struct NormOf<T> {
     pub rms_measured: [T; 3],
 }
 
-/// What extensions may know of each sample.
+/// World of extensions at each sample.
 #[derive(Debug, Clone)]
 pub struct WorldOf<T> {
     pub t: Vec<T>,
@@ -47,7 +47,7 @@ pub struct WorldOf<T> {
     pub per_period: T,
 }
 
-/// What runs read of a case.
+/// Data of a case that runs read.
 #[derive(Debug, Clone)]
 pub struct Stream<T> {
     pub job: [T; 3],

@@ -1,4 +1,4 @@
-//! What a run adds up, and the score that follows: `add`, `total` and `score` of shaders/kernel.wgsl.
+//! Sums of a run, and the score that follows: `add`, `total` and `score` of shaders/kernel.wgsl.
 #![allow(clippy::needless_range_loop, reason = "loops over rows of lanes, in the form that is vectorised")]
 
 use super::real::Real;
@@ -9,13 +9,13 @@ use crate::evaluator::{Observer, Soft, Windows};
 use crate::score::Accumulation;
 use std::hint::select_unpredictable;
 
-/// Numbers per sample that slopes are made of: three weighted errors and what a soft run pays for.
+/// Numbers per sample that slopes need: three weighted errors and the price of a soft run.
 pub const SIGNALS: usize = 4;
 
-/// What is added up.
+/// Kind of the sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Adding {
-    /// Nothing: whoever asks for the run sample by sample adds up what it needs.
+    /// Nothing: the caller reads the run sample by sample and computes its own sums.
     Nothing,
     /// For one goodness of fit.
     One(Accumulation),
@@ -50,15 +50,15 @@ impl<T: Real, const L: usize> Observers<T, L> {
 pub struct Settings {
     pub adding: Adding,
     pub compensated: bool,
-    /// False where nobody asks how often an acceleration bound was touched.
+    /// False if the number of touched acceleration bounds is not needed.
     pub counts: bool,
-    /// Samples in a block of sums of whitened squares, where they are asked for.
+    /// Samples in a block of sums of whitened squares, if they are requested.
     pub block: Option<usize>,
     /// When runs are put back on the measurement; `None`: never.
     pub windows: Option<Windows>,
-    /// True if a run that fails goes on from the measurement, with NaN as its residuals of that sample.
+    /// True if a run that fails continues from the measurement, with NaN as its residuals of that sample.
     pub goes_on: bool,
-    /// How runs go on behind a collision, if they do.
+    /// How runs continue behind a collision, if they do.
     pub soft: Option<Soft>,
 }
 
@@ -71,7 +71,7 @@ pub struct Went<'a, T, const L: usize> {
     pub row: &'a [T; L],
 }
 
-/// Sums of spacing, speed and acceleration, with what the precision rounds away.
+/// Sums of spacing, speed and acceleration, with their rounding errors.
 #[derive(Debug, Clone)]
 struct Triple<T, const L: usize> {
     high: [Lane<T, L>; 3],
@@ -90,7 +90,7 @@ pub struct Sums<T, const L: usize> {
     /// Residuals of spacing and speed.
     pub residual: [Lane<T, L>; 2],
     /// Errors of spacing, speed and acceleration as the goodness of fit weighs them, and the shortfall of the spacing \[m\], to which a
-    /// convention that rejects candidates at an acceleration bound adds what the bound cuts \[m/s²\].
+    /// convention that rejects candidates at an acceleration bound adds the cut part \[m/s²\].
     pub weighted: [Lane<T, L>; SIGNALS],
     /// Σ shortfall².
     pub shortfall2: Lane<T, L>,
@@ -166,7 +166,7 @@ impl<T: Real, const L: usize> Sums<T, L> {
         }
     }
 
-    /// Adds sample t with the state in `rows`, in the lanes that went on.
+    /// Adds sample t with the state in `rows`, in the lanes that continued.
     #[inline(always)]
     pub fn add(&mut self, settings: &Settings, stream: &Stream<T>, rows: [&[T; L]; 3], went: Went<'_, T, L>, t: usize) {
         if settings.adding == Adding::Nothing {
@@ -199,7 +199,7 @@ impl<T: Real, const L: usize> Sums<T, L> {
         }
     }
 
-    /// The errors of sample t that a goodness of fit squares, 0 in the lanes that did not go on.
+    /// The errors of sample t that a goodness of fit squares, 0 in the lanes that have ended.
     #[inline(always)]
     pub fn weigh(&mut self, settings: &Settings, stream: &Stream<T>, rows: [&[T; L]; 3], went: &[T; L], t: usize) {
         for k in 0..3 {
@@ -224,14 +224,14 @@ impl<T: Real, const L: usize> Sums<T, L> {
         rows::observe(s, v, d, &mut r_s.0, &mut r_v.0, measured, &self.observers.gain);
     }
 
-    /// Puts spacing and speed where they were measured at sample t.
+    /// Puts spacing and speed on their measured values at sample t.
     #[inline(never)]
     pub fn put_back(&mut self, stream: &Stream<T>, [s, v]: [&mut [T; L]; 2], t: usize) {
         s.fill(stream.measured[0][t]);
         v.fill(stream.measured[1][t].larger(T::ZERO));
     }
 
-    /// Adds up the squares of the whitened residuals of sample t, in the lanes that went on.
+    /// Adds up the squares of the whitened residuals of sample t, in the lanes that continued.
     #[inline(always)]
     pub fn add_white(&mut self, block: usize, went: &[T; L], t: usize, end: usize) {
         let whitening = &self.observers.whitening;
@@ -259,7 +259,7 @@ impl<T: Real, const L: usize> Sums<T, L> {
         [&self.error2, &self.simulated2, &self.relative2, &self.floored2].map(|sum| sum.total(lane, compensated))
     }
 
-    /// The goodness of fit of a lane; NaN where it is undefined.
+    /// The goodness of fit of a lane; NaN if it is undefined.
     pub fn score(&self, lane: usize, settings: &Settings, norm: &NormOf<T>) -> f64 {
         let [error2, simulated2, ..] = self.totals(lane, settings.compensated);
         let theil = settings.adding == Adding::One(Accumulation::Theil);

@@ -1,7 +1,7 @@
 //! Look-ups of shaders/kernel.wgsl over a block of lanes.
 //!
-//! A candidate stays in one cell of a table for many steps. So each lane keeps what it read of its cell, and reads again only when
-//! it has left: a processor's gather instructions take longer than all other work of a step.
+//! A candidate stays in one cell of a table for many steps. So each lane keeps the values of its cell, and reads again only after
+//! leaving it: a processor's gather instructions take longer than all other work of a step.
 #![allow(
     clippy::needless_range_loop,
     clippy::neg_cmp_op_on_partial_ord,
@@ -15,7 +15,7 @@ use super::stream::{Cells, GradeTable, MfcTable};
 /// Lanes that read again together.
 const CHUNK: usize = 16;
 
-/// What each lane read of its cell: C values of the cell, S of the side of its node.
+/// Values that each lane read of its cell: C values of the cell, S of the side of its node.
 #[derive(Debug)]
 struct Cursor<T, const L: usize, const C: usize, const S: usize> {
     cell: [u32; L],
@@ -29,7 +29,7 @@ struct Cursor<T, const L: usize, const C: usize, const S: usize> {
 pub struct Lookups<T, const L: usize> {
     grade: Cursor<T, L, 2, 1>,
     mfc: Cursor<T, L, 3, 4>,
-    /// Where each lane is: first by itself, then from its node on.
+    /// Place of each lane: first searched, then from its node on.
     d: Lane<T, L>,
 }
 

@@ -1,7 +1,7 @@
 //! The time loop of shaders/kernel.wgsl, operation for operation, over a block of lanes.
 //!
 //! All lanes of a block step together. One that has failed or has not started yet computes on, unread: no operation looks
-//! at another lane, and its sums, counts and status are closed. A block may stop at any sample and go on from there.
+//! at another lane, and its sums, counts and status are closed. A block may stop at any sample and continue from there.
 
 use super::real::Real;
 use super::rows;
@@ -47,7 +47,7 @@ pub struct Candidate {
     pub look_back: [(i32, f64); 2],
 }
 
-/// What a block has to run.
+/// Input of a block.
 pub struct Run<'a, T> {
     pub settings: &'a Settings,
     pub stream: &'a Stream<T>,
@@ -70,11 +70,11 @@ pub struct Run<'a, T> {
     pub record: Option<&'a mut Vec<[f64; 6]>>,
     /// Receives the residuals of s of all lanes, then those of v, sample by sample.
     pub residuals: Option<&'a mut Vec<f64>>,
-    /// Receives what the goodness of fit squares: the errors of s, v and a of all lanes, and the shortfall of s, sample by sample.
+    /// Receives the residuals that the goodness of fit squares: the errors of s, v and a of all lanes, and the shortfall of s, sample by sample.
     pub weighted: Option<&'a mut Vec<f64>>,
 }
 
-/// How far a block has come.
+/// Progress of a block.
 #[derive(Debug, Clone, Copy)]
 struct Progress {
     /// The next sample.
@@ -107,7 +107,7 @@ pub struct Workspace<T, const L: usize> {
     lookups: Lookups<T, L>,
     pub sums: Sums<T, L>,
     pub status: [u32; L],
-    /// Lanes that failed at this sample and go on from the measurement.
+    /// Lanes that failed at this sample and continue from the measurement.
     fallen: Vec<usize>,
     pub cut_acc: [u32; L],
     pub cut_dec: [u32; L],
@@ -151,7 +151,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
         self.progress.running == 0 || self.progress.t >= what.end
     }
 
-    /// Rows of the block's candidates. What lies beyond them repeats the last, unread: a step takes less time where no lane is closed.
+    /// Rows of the block's candidates. Lanes beyond them repeat the last, unread: a step takes less time if no lane is closed.
     fn load(&mut self, program: &Program<T, L>, what: &Run<'_, T>) {
         for (value, row) in &program.model.literals {
             self.registers.row_mut(*row).fill(T::literal(*value));
@@ -183,7 +183,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             self.back_row.0[lane] = T::of(candidate.back as f64);
             self.fraction.0[lane] = T::of(candidate.fraction);
             self.first[lane] = candidate.first;
-            // A minimum with NaN would hide it, so that it must not come that far.
+            // A minimum with NaN would hide it, so it must not get that far.
             let finite = values.iter().all(|value| Real::is_finite(T::of(*value)));
             let failed = status::FAILED | status::NOT_FINITE | candidate.first as u32;
             self.status[lane] = if finite { 0 } else { failed };
@@ -194,7 +194,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
     }
 }
 
-/// Runs a block that has begun up to a sample, or until all of its lanes have failed.
+/// Runs a block that has started up to a sample, or until all of its lanes have failed.
 #[inline(always)]
 pub fn run<T: Real, const L: usize>(
     program: &Program<T, L>,
@@ -329,7 +329,7 @@ pub fn run<T: Real, const L: usize>(
     w.progress = Progress { t, here, running };
 }
 
-/// What the time loop looks up for extensions, at the sample before `t`.
+/// The time loop's look-ups for extensions, at the sample before `t`.
 #[inline(never)]
 fn give<T: Real, const L: usize>(
     w: &mut Workspace<T, L>,
@@ -402,7 +402,7 @@ fn perceive<T: Real, const L: usize>(
         rows::leader(stream.v_l[older], stream.v_l[younger], &w.fraction.0, w.registers.row_mut(to[2]));
         return;
     }
-    // Candidates are sorted by delay: those of a chunk have hardly ever more than two.
+    // Candidates are sorted by delay: those of a chunk rarely have more than two.
     for (k, [nearest, farthest]) in w.backs.iter().enumerate() {
         let mut perceived = [[T::ZERO; rows::CHUNK]; 3];
         let (fraction, backs) = (rows::chunk(&w.fraction.0, k), rows::chunk(&w.back_row.0, k));
@@ -418,7 +418,7 @@ fn perceive<T: Real, const L: usize>(
     }
 }
 
-/// Puts the lanes that failed in a step back on the measurement, from which they go on.
+/// Puts the lanes that failed in a step back on the measurement, from which they continue.
 #[cold]
 #[inline(never)]
 fn put_back<T: Real, const L: usize>(w: &mut Workspace<T, L>, stream: &Stream<T>, home: [u16; 3], t: usize) {
@@ -434,7 +434,7 @@ fn put_back<T: Real, const L: usize>(w: &mut Workspace<T, L>, stream: &Stream<T>
     }
 }
 
-/// Closes the lanes that failed in the step from home `from`; returns how many. Rare, so one after the other.
+/// Closes the lanes that failed in the step from home `from`; returns their number. Rare, so one after the other.
 #[cold]
 #[inline(never)]
 fn close<T: Real, const L: usize>(w: &mut Workspace<T, L>, program: &Program<T, L>, from: usize, t: usize) -> usize {
@@ -460,7 +460,7 @@ fn close<T: Real, const L: usize>(w: &mut Workspace<T, L>, program: &Program<T, 
     closed
 }
 
-/// The state at a sample before the first simulated one; returns how many lanes crash there.
+/// The state at a sample before the first simulated one; returns the number of lanes that crash there.
 #[inline(never)]
 fn start<T: Real, const L: usize>(
     w: &mut Workspace<T, L>,

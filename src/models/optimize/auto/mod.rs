@@ -1,9 +1,9 @@
-//! What users get by default: a global search and a local polish, twice at the same time, and more of them until enough agree.
+//! The search by scores alone: a global search and a local polish, twice at the same time, and more of them until enough agree.
 //!
 //! A round is [`Lshade`](super::Lshade) until its population is nearly of one value or its evaluations are spent, then
 //! [`Descent`](super::Descent) from its best member with the shape of its population, at last on exact merits. Rounds draw from
-//! different streams and know nothing of each other, so that their agreement means something; where they disagree the surface has
-//! several basins, and more rounds follow. Two go side by side, for an evaluator takes two generations in hardly more time than one.
+//! different streams and are independent, so that their agreement means something; if they disagree the surface has several
+//! basins, and more rounds follow. Two run side by side, because an evaluator takes two generations in hardly more time than one.
 
 mod round;
 
@@ -37,7 +37,7 @@ pub struct AutoSettings {
     pub agreement: f64,
     /// All four are shares of this where the best value is smaller: near 0 no share of the value itself is ever reached.
     pub floor: f64,
-    /// Rounds that have to agree, where none ended elsewhere.
+    /// Rounds that have to agree, if none ended elsewhere.
     pub rounds: usize,
 }
 
@@ -46,10 +46,10 @@ pub struct AutoSettings {
 const ROUNDS: usize = 4;
 
 impl AutoSettings {
-    /// For so many dimensions, within so many evaluations.
+    /// For this many dimensions, within this many evaluations.
     #[must_use]
     pub fn new(dimensions: usize, evaluations: u64) -> AutoSettings {
-        // The shares were chosen on calibrations with seeds 1 to 10 (`leadlag bench optimizers`), none of them finely.
+        // The shares were chosen on calibrations with seeds 1 to 10 (`leadlag bench optimizers`), none of them finely tuned.
         let n = dimensions.max(1) as u64;
         let polish = (500 * n).min(evaluations / 8);
         // Two rounds fit, or three searches that end early.
@@ -64,7 +64,7 @@ impl AutoSettings {
             // A round that follows few of its best settles in one basin early, and then four rounds may meet in the wrong one: with
             // L-SHADE's 0.11 a round on the widest basins of platoon 5 (variant 62 on follower 2) ended lowest in 3 cases of 8.
             best_share: [0.4, 0.2],
-            // 32: what evaluators simulate in the time of one candidate.
+            // 32: number of candidates that evaluators simulate in the time of one.
             descent_population: (2 * DescentSettings::population_for(dimensions))
                 .max(32)
                 .min((polish / 8).max(4) as usize),
@@ -86,7 +86,7 @@ pub struct Auto {
     origin: Origin,
     /// Rounds under way.
     rounds: Vec<Round>,
-    /// Rounds begun.
+    /// Started rounds.
     begun: u64,
     /// Best of each round that has ended, by exact merits, the best first.
     found: Vec<Member>,
@@ -129,11 +129,11 @@ impl Auto {
     fn begin(&mut self) {
         while self.rounds.len() < SIDE_BY_SIDE {
             let search = self.settings.search.min(self.left.saturating_sub(self.settings.polish));
-            // Half a search finds less than it costs; but one there must be.
+            // Half a search finds less than it costs; but there must be one.
             if self.begun > 0 && 2 * search < self.settings.search || self.left == 0 {
                 return;
             }
-            // A round without evaluations would be begun again for ever.
+            // A round without evaluations would start again endlessly.
             let all = self.left.min(search + self.settings.polish).max(1);
             let origin = Origin { generation: self.origin.generation + self.begun * STREAMS_OF_A_ROUND, ..self.origin };
             self.rounds.push(Round::new(self.space.clone(), self.settings, [search.max(1), all], origin));
@@ -142,7 +142,7 @@ impl Auto {
         }
     }
 
-    /// True if rounds enough agree with the best: one more for each that ended elsewhere, for such a surface has several basins, and
+    /// True if enough rounds agree with the best: one more for each that ended elsewhere, because such a surface has several basins, and
     /// rounds may well meet in the wrong one.
     fn is_settled(&self) -> bool {
         let Some(Merit::Feasible(best)) = self.found.first().map(|member| member.merit) else { return false };
@@ -152,7 +152,7 @@ impl Auto {
         agreeing >= self.settings.rounds + (self.found.len() - agreeing)
     }
 
-    /// Takes what ended rounds have found, and begins others unless enough agree.
+    /// Takes the results of ended rounds, and starts others unless enough agree.
     fn collect(&mut self) {
         if self.rounds.iter().any(|round| !round.is_ended()) {
             return;
@@ -200,7 +200,7 @@ impl Optimizer for Auto {
         self.collect();
     }
 
-    /// By exact merits as soon as one of them is feasible, and from then on by them alone; before, by rough ones.
+    /// By exact merits as soon as one of them is feasible, and from then on by them alone; before, by approximate ones.
     fn best(&self) -> Option<&Member> {
         let (exact, rough) = (self.exact.as_ref(), self.rough.as_ref());
         exact.filter(is_feasible).or(rough.filter(is_feasible)).or(exact).or(rough)

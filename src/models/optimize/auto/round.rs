@@ -1,4 +1,4 @@
-//! One round: a global search, then a local polish of what it found, first on rough merits and then on exact ones.
+//! One round: a global search, then a local polish of its result, first on approximate merits and then on exact ones.
 
 use super::super::{Descent, DescentSettings, Ended, Lshade, LshadeSettings, Member, Merit, Optimizer, Origin};
 use super::super::{SearchBox, Start, keep_best};
@@ -8,7 +8,7 @@ use super::AutoSettings;
 enum Phase {
     Search(Box<Lshade>),
     Polish(Box<Descent>),
-    /// The best members, to be told exactly.
+    /// The best members, to be scored exactly.
     Exact(Vec<Vec<f64>>),
     Finish(Box<Descent>),
     /// The polished point with coordinates put on the bounds that they are close to.
@@ -31,7 +31,7 @@ pub(super) struct Round {
     exact: Option<Member>,
 }
 
-/// Candidates that are told exactly before the last polish.
+/// Candidates that are scored exactly before the last polish.
 const TOLD_EXACTLY: usize = 8;
 
 /// Candidates that give a descent its shape, per dimension.
@@ -41,7 +41,7 @@ const SHAPE: usize = 8;
 const CLOSE: f64 = 1e-3;
 
 impl Round {
-    /// A round that may spend so many evaluations in its search, and so many in all.
+    /// A round that may spend this many evaluations in its search, and this many in all.
     pub(super) fn new(space: SearchBox, settings: AutoSettings, [search, all]: [u64; 2], origin: Origin) -> Round {
         let lshade = LshadeSettings {
             first_population: settings.population.min((search / 20).max(8) as usize),
@@ -62,7 +62,7 @@ impl Round {
         matches!(self.phase, Phase::Exact(_) | Phase::Finish(_) | Phase::Snap(_))
     }
 
-    /// Evaluations that it has not spent.
+    /// Its unused evaluations.
     pub(super) fn left(&self) -> u64 {
         self.left
     }
@@ -112,7 +112,7 @@ impl Round {
         self.advance();
     }
 
-    /// Goes on to the next phase where the one under way has ended.
+    /// Starts the next phase when the one under way has ended.
     fn advance(&mut self) {
         // A phase without candidates is passed over.
         loop {
@@ -147,7 +147,7 @@ impl Round {
         }
     }
 
-    /// A descent from a point, within what is left but for so many evaluations; none if there is no room for a generation.
+    /// A descent from a point, within the remaining budget but for this many evaluations; none if there is no room for a generation.
     fn descent(&self, from: Option<Member>, tolerance: f64, keep: u64) -> Option<Box<Descent>> {
         let population = self.settings.descent_population;
         let room = self.left.saturating_sub(keep);
@@ -161,7 +161,7 @@ impl Round {
         Some(Box::new(Descent::new(self.space.clone(), start, settings, self.origin)))
     }
 
-    /// The best of those at hand, the best one first.
+    /// The best of the available ones, the best one first.
     fn told_exactly(&self) -> Phase {
         let mut points: Vec<Vec<f64>> = self.rough.iter().map(|m| m.point.clone()).collect();
         for member in &self.near {

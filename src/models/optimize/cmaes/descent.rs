@@ -171,7 +171,7 @@ impl Descent {
     }
 
     fn decompose(&mut self) {
-        // Symmetric up to rounding; made so, for the decomposition reads one half only.
+        // Symmetric up to rounding; made so, because the decomposition reads one half only.
         let symmetric = (&self.covariance + self.covariance.transpose()) * 0.5;
         let eigen = SymmetricEigen::new(symmetric.clone());
         let largest = eigen.eigenvalues.max();
@@ -216,7 +216,7 @@ impl Descent {
         self.decompose();
     }
 
-    /// The stopping rules of the tutorial (Appendix B.3), as far as they say that nothing is to be gained.
+    /// The stopping rules of the tutorial (Appendix B.3) that detect the end of progress.
     fn check(&mut self, values: &[f64]) {
         let n = self.mean.len() as f64;
         let lambda = self.settings.population as f64;
@@ -255,7 +255,7 @@ fn shape(points: &[Vec<f64>], n: usize) -> (f64, DMatrix<f64>) {
         let d = DVector::from_iterator(n, p.iter().zip(&means).map(|(x, m)| x - m));
         covariance.ger(1.0 / count, &d, &d, 1.0);
     }
-    // Too few points say nothing about directions.
+    // Too few points do not determine directions.
     if points.len() < 2 * n {
         covariance = DMatrix::from_diagonal(&covariance.diagonal());
     }

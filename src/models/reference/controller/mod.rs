@@ -4,7 +4,7 @@ use super::types::Perceived;
 use crate::catalog::{Controller, controller_parts};
 use crate::symbols::Parameters;
 
-/// What a controller commands.
+/// Output of a controller.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Command {
     /// a_cmd \[m/s²\].

@@ -3,14 +3,14 @@ use crate::symbols::Parameters;
 
 /// Above this gap the set speed counts \[m\].
 const SPEED_ABOVE: f64 = 120.0;
-/// Below this one the preceding vehicle does \[m\]; in between, what did last.
+/// Below this one the law of the gap acts \[m\]; in between, the previous law.
 const GAP_BELOW: f64 = 100.0;
 
 /// Milanés, Shladover (2014), with one set of gains, as in SUMO's ACC: commanded acceleration \[m/s²\].
 /// The memory is 1 while it follows, 0 while it holds the set speed.
 pub fn acceleration(seen: &Seen<'_>, memory: &mut Memory) -> f64 {
     let (p, x) = (seen.p, seen.x);
-    // SUMO's gap: minGap is taken off.
+    // SUMO's gap, without minGap.
     let gap = x.s - p.d_0;
     if gap > SPEED_ABOVE {
         memory[0] = 0.0;
@@ -24,13 +24,13 @@ pub fn acceleration(seen: &Seen<'_>, memory: &mut Memory) -> f64 {
     }
 }
 
-/// Xiao, Wang, Schakel, van Arem (2018), Eq. 5: what is added to the spacing at a low speed \[m\].
+/// Xiao, Wang, Schakel, van Arem (2018), Eq. 5: addition to the spacing at a low speed \[m\].
 fn margin(v: f64) -> f64 {
-    // Infinite at standstill, so 2; a measured speed may lie a hair below zero.
+    // Infinite at standstill, so 2; a measured speed may lie slightly below zero.
     (75.0 / v.max(0.0) - 5.0).clamp(0.0, 2.0)
 }
 
-/// What the law for the gap asks for \[m\].
+/// Acceleration by the law of the gap \[m/s²\].
 pub fn equilibrium(p: &Parameters, _own: &[f64], v: f64) -> f64 {
     p.d_0 + p.t_h * v + margin(v)
 }

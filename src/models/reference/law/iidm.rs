@@ -1,14 +1,14 @@
 use super::{Memory, Seen};
 use crate::symbols::Parameters;
 
-/// The smallest spacing that is read \[m\].
+/// The smallest perceived spacing \[m\].
 const CONTACT: f64 = 1e-3;
 
 /// Treiber, Kesting (2013), Sec. 11.3.7: commanded acceleration of the improved IDM \[m/s²\].
 pub fn acceleration(seen: &Seen<'_>, _memory: &mut Memory) -> f64 {
     let (p, x) = (seen.p, seen.x);
     let (a_max, b) = (p.a_max, -p.a_min);
-    // A measured speed may lie a hair below zero; standstill is meant.
+    // A measured speed may lie slightly below zero; it means standstill.
     let share = (x.v_f / p.v_0).max(0.0);
     // Eq. 3 of the paper.
     let s_des = p.d_0 + (p.t_h * x.v_f + x.v_f * (x.v_f - x.v_l) / (2.0 * (a_max * b).sqrt())).max(0.0);
@@ -58,7 +58,7 @@ mod tests {
         same(law(4.0, 10.0, 30.0), 0.9375);
         // Standing, z = 0.5: free 2, 2 (1 - 0.5^2) = 1.5.
         same(law(4.0, 0.0, 0.0), 1.5);
-        // Behind a spacing that cannot be: z = 12 / 0.001.
+        // With an impossible spacing: z = 12 / 0.001.
         same(law(-1.0, 10.0, 10.0), 2.0 * (1.0 - 12_000.0 * 12_000.0));
         // At v_0 with z < 1 nothing is left.
         same(law(44.0, 20.0, 20.0), 0.0);

@@ -1,13 +1,13 @@
-//! Laws that are not of the paper, by hand in f64: what shaders/law/ is compared with. One file per law.
+//! Laws outside the paper, by hand in f64, to compare with shaders/law/. One file per law.
 
 use super::types::Perceived;
 use crate::catalog::law_files;
 use crate::symbols::Parameters;
 
-/// What a law sees at a step.
+/// Input of a law at a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Seen<'a> {
-    /// Parameters that bear a name of the paper's table, as extensions left them.
+    /// Parameters with a name of the paper's table, as extensions left them.
     pub p: &'a Parameters,
     /// The law's own parameters, in the order of its file; those of the paper's table are not among them.
     pub own: &'a [f64],
@@ -27,7 +27,7 @@ pub struct Seen<'a> {
     pub dt: f64,
 }
 
-/// What a law remembers from step to step: the members of `State` in the order of its file. All start at 0.
+/// Memory of a law from step to step: the members of `State` in the order of its file. All start at 0.
 pub type Memory = [f64; 4];
 
 /// A law.
@@ -72,13 +72,13 @@ fn values<const N: usize>(own: &[f64]) -> [f64; N] {
 mod tests {
     use super::{ALL, Memory, Parameters, Perceived, Seen, named};
 
-    /// Spacing, own speed and the other's, without delay; both have long had these speeds. The step is 0.1 s.
+    /// Spacing, own speed and the other's, without delay; both speeds have been constant for a long time. The step is 0.1 s.
     pub(super) fn steady<'a>(p: &'a Parameters, own: &'a [f64], [s, v_f, v_l]: [f64; 3]) -> Seen<'a> {
         let x = Perceived { s, v_f, v_l };
         Seen { p, own, x, v_f, a_f: 0.0, a_l: 0.0, v_l_then: v_l, v_l_half: v_l, dt: 0.1 }
     }
 
-    /// Fails unless both are equal but for rounding.
+    /// Fails unless both are equal up to rounding.
     #[track_caller]
     pub(super) fn same(found: f64, expected: f64) {
         assert!((found - expected).abs() <= 1e-12 * expected.abs().max(1.0), "{found}, not {expected}");

@@ -2,13 +2,13 @@ use super::{Memory, Seen, values};
 use crate::symbols::Parameters;
 
 /// Newell (2002): the preceding vehicle's trajectory, `tau` later and `d_0` behind, or `v_0`.
-/// A car that is not there makes up for it in `tau`.
+/// A car that is not there closes the distance within `tau`.
 /// Commanded acceleration, counted from the present own speed \[m/s²\].
 pub fn acceleration(seen: &Seen<'_>, _memory: &mut Memory) -> f64 {
     let [tau] = values(seen.own);
     // Its way in the last tau, by Simpson's rule.
     let way = tau * (seen.x.v_l + 4.0 * seen.v_l_half + seen.v_l_then) / 6.0;
-    // Where it was tau ago is now `behind` ahead of where the car should be; it went on from there at `v_l_then`.
+    // Its place tau ago is now `behind` ahead of where the car should be; it continued from there at `v_l_then`.
     let behind = seen.x.s - seen.p.d_0 - way;
     let v_next = seen.p.v_0.min(seen.v_l_then + behind / tau);
     (v_next - seen.v_f) / seen.dt

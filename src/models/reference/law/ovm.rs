@@ -49,7 +49,7 @@ mod tests {
         same(law(10.0 * 6f64.ln(), 30.0), -1.0);
         // Nose to tail: V = 0; 0.5 (0 - 4) = -2.
         same(law(0.0, 4.0), -2.0);
-        // Nobody ahead: V = 32; 0.5 (32 - 30) = 1.
+        // No car ahead: V = 32; 0.5 (32 - 30) = 1.
         same(law(1e4, 30.0), 1.0);
     }
 

@@ -37,7 +37,7 @@ fn wanted(seen: &Seen<'_>) -> f64 {
     let opening = if v_l > cc5 { noticed + cc5 } else { noticed };
 
     if dv < opening && dx <= shortest {
-        // Too close. Behind a standing vehicle, nearer than cc0, SUMO's W99 does nothing.
+        // Too close. Behind a standing vehicle, nearer than cc0, SUMO's W99 commands 0.
         if v_l <= 0.0 {
             return 0.0;
         }
@@ -64,7 +64,7 @@ fn wanted(seen: &Seen<'_>) -> f64 {
     }
 }
 
-/// There is no rest: nearer than the end of following the car brakes by cc7, farther it accelerates \[m\]. From `v_0` on that of `v_0`.
+/// There is no state of rest: nearer than the end of following the car brakes by cc7, farther it accelerates \[m\]. From `v_0` on that of `v_0`.
 pub fn equilibrium(p: &Parameters, own: &[f64], v: f64) -> f64 {
     let [cc1, cc2, _, _, _, _, _, _, _] = values(own);
     p.d_0 + cc1 * v.min(p.v_0) + cc2

@@ -1,4 +1,4 @@
-//! What the paper says of collisions in validation.
+//! Statements of the paper on collisions in validation.
 
 use super::super::{Outcomes, Tried};
 use super::{BASES, Claim, PAPERS_GOF, Reader, claim};
@@ -34,7 +34,7 @@ impl Reader<'_> {
         bases.iter().filter_map(|base| Some((*base, self.rate(base)?))).collect()
     }
 
-    /// The same by the platoon that was calibrated on: how much of a rate is the drives' own.
+    /// The same by the platoon of the calibration: part of a rate that belongs to the drives.
     fn by_platoon(&self, bases: &[&str]) -> Vec<String> {
         let mut platoons: Vec<&str> = self.own.drives.iter().map(|drive| drive.platoon.as_str()).collect();
         platoons.dedup();
@@ -121,7 +121,7 @@ pub fn by_gof(all: &[Outcomes]) -> Vec<Claim> {
     let rate = |gof: &str| rates.iter().find(|(_, name, _)| *name == gof).map(|(rate, ..)| *rate);
     let other = rates.iter().find(|(_, name, _)| !best.contains(name)).map(|(rate, ..)| *rate);
     let fewest = match (best.map(rate), other) {
-        // As many as another one has: a study cannot tell.
+        // As many as another one has: a study cannot decide.
         ([Some(a), Some(b)], Some(other)) if a.max(b) != other => Some(a.max(b) < other),
         _ => None,
     };
@@ -180,7 +180,7 @@ mod tests {
         assert_eq!(agree(&[("rmse-s", 3, 20)])[1], None, "without speed");
     }
 
-    /// Twenty runs of each base model, with so many collisions.
+    /// Twenty runs of each base model, with this many collisions.
     fn classes(collisions: [usize; 5]) -> Outcomes {
         let cell = |n: &usize| {
             let tried = (0..20).map(|i| if i < *n { Tried::Collision } else { Tried::OtherEnd }).collect();

@@ -1,4 +1,4 @@
-//! What the paper says of errors in calibration and validation.
+//! Statements of the paper on errors in calibration and validation.
 
 use super::{BASES, Claim, Reader, claim, every_base};
 use crate::catalog::{Constraint, Dynamics, Variant};
@@ -93,7 +93,7 @@ impl Reader<'_> {
         })
     }
 
-    /// On how many trajectories a variant has a lower error than another, and which parameters of its parts its winners have on a bound.
+    /// Number of trajectories on which a variant has a lower error than another, and the parameters of its parts that its winners have on a bound.
     fn pair(&self, name: &str, other: &str) -> Option<String> {
         let (own, other_cells) = (&self.own.cells[self.index(name)?], &self.own.cells[self.index(other)?]);
         let scores: Vec<(f64, f64)> =
@@ -211,7 +211,7 @@ mod tests {
         assert_eq!((claim.found.as_str(), claim.agrees), ("idm -5 %", None));
     }
 
-    /// Linear dynamics lower the error of every base model, but for the last one, as given.
+    /// Linear dynamics lower the error of every base model, except the last one, as given.
     fn linear(last: f64) -> Vec<(&'static str, f64, &'static [&'static str])> {
         let bases = BASES.iter().map(|base| (*base, 1.0, &[] as &[&str]));
         let names = ["idm+linear", "gipps+linear", "l-cth+linear", "l-idm+linear", "l-gipps+linear"];

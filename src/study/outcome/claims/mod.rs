@@ -1,20 +1,20 @@
-//! What the paper says, and whether a study says the same.
+//! Statements of the paper, and whether a study agrees.
 
 mod collisions;
 mod errors;
 
 use super::{Outcomes, Table4Row, Table5Row};
 
-/// A statement of the paper beside what a study finds.
+/// A statement of the paper beside the result of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Claim {
     /// The paper's words, in short, with the section.
     pub paper: &'static str,
-    /// What was found, with numbers.
+    /// The result, with numbers.
     pub found: String,
-    /// Whether that is the same; `None` if the study cannot tell.
+    /// Whether that agrees; `None` if the study cannot decide.
     pub agrees: Option<bool>,
-    /// What in the study lies behind a difference; `None` without one, or where nothing in it does.
+    /// The reason for a difference in the study; `None` without one.
     pub why: Option<String>,
 }
 
@@ -25,7 +25,7 @@ pub const PAPERS_GOF: &str = "nrmse-sva";
 const BASES: [&str; 5] = ["idm", "gipps", "l-cth", "l-idm", "l-gipps"];
 
 /// Every statement. `all` are the outcomes of every goodness of fit of the study, `own` those that the tables
-/// are made of. What the paper says of its own goodness of fit, outcomes of another one cannot tell.
+/// are made of. Outcomes of another goodness of fit cannot decide statements of the paper about its own.
 #[must_use]
 pub fn claims(own: &Outcomes, table4: &[Table4Row], table5: &[Table5Row], all: &[Outcomes]) -> Vec<Claim> {
     let of = Reader { own, table4, table5 };
@@ -48,7 +48,7 @@ struct Reader<'a> {
 }
 
 impl Reader<'_> {
-    /// Of several base models the one with the lowest value, where all are there and no two are the lowest.
+    /// Of several base models the one with the lowest value, if all are present and the lowest is unique.
     fn lowest(
         paper: &'static str,
         values: &[(&str, f64)],
@@ -63,7 +63,7 @@ impl Reader<'_> {
     }
 }
 
-/// What the paper says of all base models a study of some of them cannot tell.
+/// A study of some base models cannot decide statements about all of them.
 fn every_base<T>(values: &[T]) -> bool {
     values.len() == BASES.len()
 }
@@ -74,7 +74,7 @@ fn claim(paper: &'static str, found: &[String], agrees: Option<bool>) -> Claim {
 }
 
 impl Claim {
-    /// With what lies behind it, if it differs and there is something to say.
+    /// With the reason for it, if it differs and there is one.
     fn because(self, why: impl FnOnce() -> Vec<String>) -> Claim {
         let why = if self.agrees == Some(false) { why() } else { Vec::new() };
         Claim { why: (!why.is_empty()).then(|| why.join("; ")), ..self }

@@ -1,4 +1,4 @@
-//! Times that are written as people read them: dates with a time of day, and the time of day alone.
+//! Times as people write them: dates with a time of day, and the time of day alone.
 
 /// Seconds of a day.
 const DAY_S: f64 = 86_400.0;
@@ -34,7 +34,7 @@ pub(super) fn iso(text: &str) -> Option<f64> {
     Some(whole + seconds)
 }
 
-/// Seconds since midnight of `145830.1` or `14:58:30.1`; `None` for what is no time of day.
+/// Seconds since midnight of `145830.1` or `14:58:30.1`; `None` if it is not a time of day.
 pub(super) fn of_day(text: &str) -> Option<f64> {
     let (hours, minutes, seconds) = parts_of_a_day(text)?;
     Some(3600.0 * hours + 60.0 * minutes + seconds)
@@ -72,13 +72,13 @@ fn days(year: i64, month: i64, day: i64) -> i64 {
     era * 146_097 + of_era * 365 + of_era / 4 - of_era / 100 + of_year - 719_468
 }
 
-/// The time of day as one that goes on over midnight: that of the days which lies nearest to the time before.
+/// The time of day as one that continues over midnight: on the day that lies nearest to the time before.
 pub(super) fn going_on(seconds: f64, before: Option<f64>) -> f64 {
     before.map_or(seconds, |before| seconds + DAY_S * ((before - seconds) / DAY_S).round())
 }
 
-/// A number of days in seconds, to the millisecond, which is what the digits of such a number still tell; whole hundreds of days are left out, for
-/// beside them a double would not tell milliseconds.
+/// A number of days in seconds, to the millisecond, the resolution of such a number; whole hundreds of days are left out, because
+/// a double with them would not resolve milliseconds.
 pub(super) fn of_days(days: f64) -> f64 {
     (days.rem_euclid(100.0) * 86_400_000.0).round() / 1000.0
 }

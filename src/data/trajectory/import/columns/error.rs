@@ -1,4 +1,4 @@
-//! What is wrong with a column map.
+//! Faults of a column map.
 
 use crate::trajectory::grade::LAPS_M;
 use std::io;
@@ -11,7 +11,7 @@ pub enum MapError {
     #[error("{path}: expected a readable column map")]
     Open { path: String, source: io::Error },
     #[error(
-        "no column map {name}; shipped are {}, a map of one's own ends in .toml{}",
+        "no column map {name}; built in are {}, your own map ends in .toml{}",
         known.join(", "),
         did_you_mean(near.as_deref())
     )]
@@ -23,7 +23,7 @@ pub enum MapError {
     #[error("{path}:{line}: {role}: expected a name of a column, found none; write {role} = {{ name = \"...\" }}")]
     NoName { path: String, line: usize, role: &'static str },
     #[error(
-        "{path}:{line}: {role}: expected a column, {role} = {{ name = \"...\" }}, found a number; only length and lead_length may be one"
+        "{path}:{line}: {role}: expected a column, {role} = {{ name = \"...\" }}, found a number; only length and lead_length may be numbers"
     )]
     Constant { path: String, line: usize, role: &'static str },
     #[error("{path}: {key}: expected {lowest} to {highest} m, found {found}")]
@@ -32,13 +32,13 @@ pub enum MapError {
     Lap { path: String, found: f64 },
     #[error("{path}:{line}: {role}: expected one of the units {}, found {found}", known.join(", "))]
     Unit { path: String, line: usize, role: &'static str, found: String, known: Vec<&'static str> },
-    #[error("{path}:{line}: {role}: expected no unit, for it is a name; found {found}")]
+    #[error("{path}:{line}: {role}: expected no unit, because it is a name; found {found}")]
     UnitOfName { path: String, line: usize, role: &'static str, found: String },
     #[error("{path}:{line}: {role}: not in a table with rows = \"{rows}\", which takes {}", known.join(", "))]
     Misplaced { path: String, line: usize, role: &'static str, rows: &'static str, known: Vec<&'static str> },
     #[error(
         "{path}: {role}: expected a name with {{}} for the number of the car, such as {role} = {{ name = \"{role}{{}}\" }}, found {found}: \
-         every car of a platoon has a column of its own"
+         every car of a platoon has its own column"
     )]
     NoNumber { path: String, role: &'static str, found: String },
     #[error("{path}: [columns] needs {needed}, found only {}; {why}", found.join(", "))]

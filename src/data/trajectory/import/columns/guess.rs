@@ -1,9 +1,9 @@
-//! Which column that a map does not name may tell drives apart.
+//! Which unmapped column may distinguish drives.
 
 use super::super::table::fingerprint;
 use std::collections::HashMap;
 
-/// A column with more different values than this, and than a tenth of the rows, names no drives.
+/// A column with more different values than this, and than a tenth of the rows, does not identify drives.
 const NAMES: usize = 50;
 const ROWS_PER_NAME: usize = 10;
 
@@ -18,7 +18,7 @@ impl Guess {
         Guess { columns: columns.into_iter().map(|(place, name)| (place, name, HashMap::new())).collect(), rows: 0 }
     }
 
-    /// Takes the fields of a row at its time.
+    /// Adds the fields of a row at its time.
     pub fn take<'a>(&mut self, time: f64, field: impl Fn(usize) -> &'a str) {
         self.rows += 1;
         let rows = self.rows;
@@ -29,7 +29,7 @@ impl Guess {
         });
     }
 
-    /// The names of those within whose values every time occurs once; one value tells nothing apart.
+    /// Columns within whose values every time occurs once; one with a single value distinguishes nothing.
     pub fn names(&self) -> Vec<&str> {
         let several = self.columns.iter().filter(|(.., latest)| latest.len() > 1);
         several.map(|(_, name, _)| name.as_str()).collect()

@@ -10,7 +10,7 @@ use crate::trajectory::import::header::nearest;
 use serde::Deserialize;
 use strum::VariantArray;
 
-/// What a row of the table is.
+/// Meaning of a row of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, strum::IntoStaticStr)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 #[serde(rename_all = "kebab-case")]
@@ -23,7 +23,7 @@ pub(super) enum Rows {
     Platoon,
 }
 
-/// What lies between two fields.
+/// Separator of fields.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Separator {
@@ -34,7 +34,7 @@ pub(super) enum Separator {
     Whitespace,
 }
 
-/// What stands before the fraction of a number.
+/// Decimal separator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Decimal {
@@ -69,22 +69,22 @@ pub(super) enum PositionAt {
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Column {
     pub role: Role,
-    /// The column bears one of these names.
+    /// The column has one of these names.
     pub names: Vec<String>,
     pub unit: String,
     pub form: Form,
     /// A file may lack it.
     pub optional: bool,
-    /// What to do where it is missing.
+    /// Remedy if it is missing.
     pub hint: String,
 }
 
-/// Which columns of a table mean what, in which unit.
+/// The meaning and unit of the columns of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ColumnMap {
-    /// Name of a shipped map, or the path of a file.
+    /// Name of a built-in map, or the path of a file.
     pub name: String,
-    /// What it is for, in words.
+    /// Title, in words.
     pub title: String,
     pub(super) rows: Rows,
     pub(super) separator: Separator,
@@ -95,15 +95,15 @@ pub struct ColumnMap {
     pub(super) skip_lines: u64,
     /// True if the line behind the header holds units.
     pub(super) units_row: bool,
-    /// Words for missing values, besides those that are always known.
+    /// Words for missing values, besides the built-in ones.
     pub(super) missing: Vec<String>,
-    /// Of every vehicle of which no column gives it \[m\].
+    /// Of every vehicle without a column for it \[m\].
     pub(super) length: Option<f64>,
     /// Of the vehicle ahead in a table of pairs \[m\].
     pub(super) lead_length: Option<f64>,
-    /// Of the vehicle ahead \[m\], whatever the columns say.
+    /// Of the vehicle ahead \[m\], instead of any column.
     pub(super) lead_override: Option<f64>,
-    /// Positions begin anew after this way \[m\].
+    /// Positions restart after this distance \[m\].
     pub(super) lap_length: Option<f64>,
     pub(super) nobody: Vec<String>,
     pub(super) direction: Direction,
@@ -116,7 +116,7 @@ impl ColumnMap {
     /// Reads the text of a map; `name` stands for the file in messages.
     ///
     /// # Errors
-    /// [`MapError`] with the line, what was expected and what was found.
+    /// [`MapError`] with the line, the expected and the found value.
     pub fn parse(text: &str, name: &str) -> Result<ColumnMap, MapError> {
         let path = || name.to_owned();
         let parsed: Text = toml::from_str(text).map_err(|error| {
@@ -153,7 +153,7 @@ impl ColumnMap {
         if let Some(found) = parsed.lap_length.filter(|lap| !LAPS_M.contains(lap)) {
             return Err(MapError::Lap { path: path(), found });
         }
-        // In the order of the roles, whatever the order of the file: it is that of the numbers of a row.
+        // In the order of the roles, whatever the order of the file: the numbers of a row have this order.
         columns.sort_by_key(|column: &Column| column.role);
         let map = ColumnMap {
             name: path(),
@@ -210,19 +210,19 @@ impl ColumnMap {
         }
         let lead_length = has(Role::LeadLength) || self.lead_length.is_some();
         let length = has(Role::Length) || self.length.is_some();
-        let how = "the bumper-to-bumper gap must follow from something; a length that is no column is a number, length = 4.6, or \
+        let how = "the bumper-to-bumper gap must follow from something; a length without a column is a number, length = 4.6, or \
                    lead_length = 4.6 in a table of pairs";
         match self.rows {
-            Rows::Vehicles if !has(Role::Id) => missing("id", "every row must say whose it is"),
+            Rows::Vehicles if !has(Role::Id) => missing("id", "every row must name its vehicle"),
             Rows::Vehicles if !has(Role::Ahead) && !self.is_searched() => missing(
                 "ahead, or lane and position",
-                "every row must say whom the vehicle follows, or where the vehicle is",
+                "every row must name the vehicle ahead, or give the place of the vehicle",
             ),
             Rows::Vehicles if has(Role::Gap) => Ok(()),
             Rows::Vehicles if (has(Role::Headway) || has(Role::Position)) && length => Ok(()),
             Rows::Vehicles => missing("gap, or length with headway or position", how),
             Rows::Pairs if !has(Role::LeadSpeed) && !has(Role::RelativeSpeed) => {
-                missing("lead_speed or relative_speed", "the vehicle ahead is what is followed")
+                missing("lead_speed or relative_speed", "it gives the vehicle ahead")
             }
             Rows::Pairs if has(Role::Gap) => Ok(()),
             Rows::Pairs if has(Role::Headway) && lead_length => Ok(()),
@@ -235,22 +235,22 @@ impl ColumnMap {
         }
     }
 
-    /// A column that would be read as that of every car of a platoon although it can be that of one only, with its name.
+    /// A column without a number in its name that would be read for every car of a platoon, with its name.
     fn shared(&self) -> Option<(Role, &str)> {
         let own = [Role::Speed, Role::Gap, Role::Headway, Role::Position];
         let all = self.columns.iter().filter(|column| own.contains(&column.role));
         let mut named = all.flat_map(|column| column.names.iter().map(|name| (column.role, name.as_str())));
-        // A gap may bear the number of the car ahead.
+        // A gap may have the number of the car ahead.
         named.find(|(role, name)| !(name.contains("{}") || role.is_gap() && name.contains("{-1}")))
     }
 
-    /// True if the vehicle ahead is the nearest one in front in the same lane, for no column names it.
+    /// True if the vehicle ahead is the nearest one in front in the same lane, because no column names it.
     pub(super) fn is_searched(&self) -> bool {
         let has = |role: Role| self.column(role).is_some();
         !has(Role::Ahead) && has(Role::Position) && (has(Role::Lane) || self.lap_length.is_some())
     }
 
-    /// How far one front is ahead of another one by the difference of their positions \[m\]: on a closed track never behind it.
+    /// Distance of one front ahead of another one by their positions \[m\]: on a closed track never negative.
     pub(super) fn ahead_by(&self, difference: f64) -> f64 {
         self.lap_length.map_or(difference, |lap| difference.rem_euclid(lap))
     }
@@ -260,13 +260,13 @@ impl ColumnMap {
         self.lap_length.map_or(change, |lap| (change + lap / 2.0).rem_euclid(lap) - lap / 2.0)
     }
 
-    /// The same map for a table that is written with commas, points and one header line, whatever the map says.
+    /// The same map for a table with commas, points and one header line, whatever the map sets.
     pub(super) fn of_plain_csv(self) -> ColumnMap {
         let (separator, decimal) = (Separator::Comma, Decimal::Point);
         ColumnMap { separator, decimal, header: None, headerless: None, skip_lines: 0, units_row: false, ..self }
     }
 
-    /// The same map with this length of the vehicle ahead \[m\], whatever the columns say; that of a follower stays its own.
+    /// The same map with this length of the vehicle ahead \[m\], instead of any column; that of a follower stays.
     #[must_use]
     pub fn with_lead_length(mut self, length: Option<f64>) -> ColumnMap {
         self.lead_override = length;
@@ -274,7 +274,7 @@ impl ColumnMap {
     }
 }
 
-/// `11` for `11.0`: tables of programs that know no missing integers write them as decimals.
+/// `11` for `11.0`: programs without missing integers write them as decimals.
 pub(super) fn whole(name: &str) -> &str {
     match name.split_once('.') {
         Some((number, zeros)) if !zeros.is_empty() && zeros.bytes().all(|b| b == b'0') => {
@@ -286,7 +286,7 @@ pub(super) fn whole(name: &str) -> &str {
     }
 }
 
-/// Where an entry of a map stands, and what it depends on.
+/// Place of an entry in a map, and its conditions.
 struct Context<'a> {
     rows: Rows,
     frame_s: Option<f64>,

@@ -1,6 +1,6 @@
-//! Tables of any layout by a column map: which column is what, in which unit.
+//! Tables of any layout by a column map: meaning and unit of each column.
 //!
-//! A map is a TOML file; those of well-known sets are part of the program. Long tables (one row per vehicle and time)
+//! A map is a TOML file; those of well-known sets are built in. Long tables (one row per vehicle and time)
 //! become one platoon of two cars per stretch in which a vehicle follows another one, the longest first.
 
 mod clock;
@@ -28,7 +28,7 @@ use crate::trajectory::{ChosenBy, ImportError, Layout, Note, Platoon, Recording,
 use std::io::Read;
 use std::path::Path;
 
-/// Name and text of the maps that are part of the program.
+/// Name and text of the built-in maps.
 const SHIPPED: [(&str, &str); 8] = [
     ("ngsim", include_str!("maps/ngsim.toml")),
     ("highd", include_str!("maps/highd.toml")),
@@ -41,16 +41,16 @@ const SHIPPED: [(&str, &str); 8] = [
 ];
 
 impl ColumnMap {
-    /// Name and text of the maps that are part of the program.
+    /// Name and text of the built-in maps.
     #[must_use]
     pub fn shipped() -> &'static [(&'static str, &'static str)] {
         &SHIPPED
     }
 
-    /// A shipped map by its name, or a map of one's own: its file, which ends in `.toml`, or its text, which has several lines.
+    /// A built-in map by its name, or your own map: its file, which ends in `.toml`, or its text, which has several lines.
     ///
     /// # Errors
-    /// [`MapError`] when there is none, or when it is broken.
+    /// [`MapError`] for a missing or broken map.
     pub fn find(given: &str) -> Result<ColumnMap, MapError> {
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == given) {
             return ColumnMap::parse(text, name);
@@ -114,20 +114,20 @@ fn platoons<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mut Probl
     }
 }
 
-/// How a vehicle of a long table is called.
+/// Name of a vehicle of a long table.
 fn vehicle_name(id: &str) -> String {
     format!("vehicle {id}")
 }
 
 impl Recording {
-    /// True of a table of platoons: its cars are numbered, as in the layouts that need no map.
+    /// True for a table of platoons: its cars are numbered, as in the layouts that need no map.
     #[must_use]
     pub fn is_of_numbered_cars(&self) -> bool {
         self.chosen_by == ChosenBy::Place
     }
 
     /// Keeps only the platoons in which the car of this name is the follower of one number, which is that of the first: 1 is the car right behind
-    /// the leader. `None`, and nothing changed, if there is none.
+    /// the leader. `None`, and no change, without such a platoon.
     #[must_use]
     pub fn keep_car(&mut self, name: &str) -> Option<usize> {
         let place = |platoon: &Platoon| {
@@ -142,7 +142,7 @@ impl Recording {
     }
 
     /// Keeps only the pairs of a mapped table whose follower has this id, that of its vehicle or group, or the one pair of this id; false, and nothing
-    /// changed, if there are none.
+    /// changed, without such a pair.
     #[must_use]
     pub fn keep_follower(&mut self, id: &str) -> bool {
         let name = match self.chosen_by {

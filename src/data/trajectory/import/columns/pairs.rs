@@ -12,14 +12,14 @@ use crate::trajectory::prepare::SEGMENT_MIN_S;
 use crate::trajectory::{Car, Note, Platoon};
 use std::collections::HashMap;
 
-/// The rows of one group, or of one of several trajectories that bear its name.
+/// The rows of one group, or of one of several trajectories that have its name.
 pub(super) struct Group {
-    /// The name in the file; `None` where no column gives one.
+    /// The name in the file; `None` if no column gives one.
     pub name: Option<String>,
-    /// The same, numbered where it is not the first.
+    /// The same, numbered from the second on.
     pub id: Option<String>,
     pub rows: Vec<usize>,
-    /// That the name is borne by another one before.
+    /// Note that another one had the name before.
     pub again: Option<Note>,
 }
 
@@ -55,7 +55,7 @@ pub(super) fn by_group(table: &Table, problems: &mut Problems) -> Result<(Vec<Gr
     Ok((found, repeated))
 }
 
-/// The rows of a group, cut where its time starts anew: another trajectory bears its name.
+/// The rows of a group, cut where its time restarts: another trajectory has the same name.
 fn pieces(rows: Vec<usize>, table: &Table) -> Vec<Vec<usize>> {
     let time = table.numbers(Role::Time).expect("a map without it is refused");
     let mut pieces: Vec<Vec<usize>> = Vec::new();
@@ -74,7 +74,7 @@ fn pieces(rows: Vec<usize>, table: &Table) -> Vec<Vec<usize>> {
     pieces
 }
 
-/// Rows that repeat another one are taken out; the times of the others must rise.
+/// Repeated rows are removed; the times of the others must rise.
 fn check_times(rows: &mut Vec<usize>, table: &Table, repeated: &mut Repeated, problems: &mut Problems) {
     let time = table.numbers(Role::Time).expect("a map without it is refused");
     // One message in place of one per row.
@@ -123,12 +123,12 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
     Ok(platoons)
 }
 
-/// Behind a vehicle that is slower than this on the whole, nobody drives fast \[m/s\].
+/// No car drives fast behind a vehicle that is slower than this on average \[m/s\].
 const SLOW: f64 = 2.0;
 /// Faster than this is fast \[m/s\].
 const FAST: f64 = 8.0;
 
-/// That a speed of the vehicle ahead is the difference to that of the follower.
+/// Error: a speed of the vehicle ahead looks like the difference to that of the follower.
 fn relative(table: &Table, rows: &[usize]) -> Option<ProblemKind> {
     let of = |role: Role| {
         let speed = table.numbers(role)?;
@@ -143,7 +143,7 @@ fn relative(table: &Table, rows: &[usize]) -> Option<ProblemKind> {
     })
 }
 
-/// What is wrong with the values of some rows: they are broken, or a vehicle drives backwards.
+/// Faults in the values of some rows: they are broken, or a vehicle drives backwards.
 fn faults(table: &Table, rows: &[usize]) -> Faults {
     let mut faults = table.faults(rows);
     if let Some(kind) = relative(table, rows) {

@@ -54,7 +54,7 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], p
     let numbers = table.cars();
     for &number in &numbers {
         let length = take(Role::Length, number).and_then(|length| median(length.into_iter())).or(map.length);
-        // Somebody follows every car but the last one.
+        // Every car but the last one has a follower.
         let length = map.lead_override.filter(|_| numbers.last() != Some(&number)).or(length);
         let [faults, gap_faults] = table.faults_of(rows, number);
         let mut car = Car {

@@ -1,5 +1,5 @@
-//! Do the units that a map claims agree with each other? Feet taken for metres, km/h for m/s, a wrong frame rate, and a
-//! wrong direction show as a factor between signals that say the same thing twice.
+//! Do the units of a map agree with each other? Feet read as metres, km/h as m/s, a wrong frame rate, and a
+//! wrong direction show as a factor between signals with the same content.
 
 use super::map::ColumnMap;
 use super::role::Role;
@@ -11,9 +11,9 @@ use crate::trajectory::import::problems::Problems;
 use crate::trajectory::steps::{largest_move, longest_step};
 use std::slice;
 
-/// Signals that say the same may differ by this factor, by noise and smoothing.
+/// Signals with the same content may differ by this factor, by noise and smoothing.
 const FACTOR: f64 = 1.25;
-/// Less variation than this says nothing \[m\].
+/// Less variation than this is not enough \[m\].
 const VARIATION_M: f64 = 1.0;
 /// Half of all vehicles are neither shorter nor longer than this \[m\].
 const LENGTHS: [f64; 2] = [1.5, 12.0];
@@ -42,7 +42,7 @@ pub(super) struct Pair {
     pub fronts: Option<Vec<f64>>,
 }
 
-/// Checks what each vehicle says about itself.
+/// Checks the signals of each vehicle.
 pub(super) fn vehicles(table: &Table, map: &ColumnMap, tracks: &[Track], problems: &mut Problems) {
     let line = table.header_line.max(1);
     let (mut driven, mut moved) = (0.0, 0.0);
@@ -78,7 +78,7 @@ pub(super) fn vehicles(table: &Table, map: &ColumnMap, tracks: &[Track], problem
     }
 }
 
-/// Checks what the pairs say about each other.
+/// Checks the signals of the pairs against each other.
 pub(super) fn pairs(table: &Table, pairs: &[Pair], problems: &mut Problems) {
     let line = table.header_line.max(1);
     let steps = pairs.iter().flat_map(|pair| pair.t.windows(2).map(|t| t[1] - t[0]));
@@ -102,13 +102,13 @@ pub(super) fn pairs(table: &Table, pairs: &[Pair], problems: &mut Problems) {
     }
 }
 
-/// The car of the first pair that shows by itself what all of them show; of the first one with such a column where none does.
+/// The car of the first pair that alone shows the fault of all; otherwise of the first pair with such a column.
 fn first(table: &Table, role: Role, pairs: &[Pair], shows: impl Fn(&Pair) -> bool) -> usize {
     let has = |pair: &&Pair| !table.called_of(role, pair.car).is_empty();
     pairs.iter().find(|pair| shows(pair)).or_else(|| pairs.iter().find(has)).map_or(0, |pair| pair.car)
 }
 
-/// How many times the distance of the fronts the headway is, where that is not about 1.
+/// Factor between headway and distance of the fronts, if it is not about 1.
 fn against_positions(pairs: &[Pair]) -> Option<f64> {
     let ratios = pairs.iter().filter_map(|pair| Some((pair.headway.as_ref()?, pair.fronts.as_ref()?)));
     let ratios =
@@ -116,7 +116,7 @@ fn against_positions(pairs: &[Pair]) -> Option<f64> {
     median(ratios).filter(|ratio| !(1.0 / FACTOR..=FACTOR).contains(ratio))
 }
 
-/// By how many times the distance changes as much as the speeds say, where that is certain and not about 1.
+/// Ratio of the change of the distance to that by the speeds, if it is certain and not about 1.
 fn against_speeds(pairs: &[Pair], role: Role) -> Option<f64> {
     let drives = pairs.iter().filter_map(|pair| {
         let distance = if role == Role::Gap { &pair.gap } else { &pair.headway };

@@ -1,4 +1,4 @@
-//! What a column of a mapped table says.
+//! Meaning of a column of a mapped table.
 
 use super::map::Rows;
 use super::unit::Quantity;
@@ -32,7 +32,7 @@ pub(super) enum Role {
     Headway,
     SinGrade,
     LeadSpeed,
-    /// Of the vehicle ahead minus that of the follower, as a radar tells it.
+    /// Speed of the vehicle ahead minus that of the follower, as a radar measures it.
     #[strum(to_string = "relative_speed", serialize = "range_rate")]
     RelativeSpeed,
     LeadPosition,
@@ -42,7 +42,7 @@ pub(super) enum Role {
 }
 
 impl Role {
-    /// What is measured; `None`: a name.
+    /// The measured quantity; `None`: a name.
     pub fn quantity(self) -> Option<Quantity> {
         match self {
             Role::Id | Role::Ahead | Role::Group | Role::Lane => None,
@@ -60,7 +60,7 @@ impl Role {
         }
     }
 
-    /// True if it makes sense in a table with such rows.
+    /// True if it is valid in a table with such rows.
     pub fn is_in(self, rows: Rows) -> bool {
         match rows {
             Rows::Vehicles => self.in_vehicles(),
@@ -99,12 +99,12 @@ impl Role {
         )
     }
 
-    /// True if there is one of each car of a platoon.
+    /// True if each car of a platoon has one.
     pub fn is_of_a_car(self) -> bool {
         self.in_platoon() && !matches!(self, Role::Time | Role::Group)
     }
 
-    /// True if it says how far the vehicle ahead is away.
+    /// True if it gives the distance of the vehicle ahead.
     pub fn is_gap(self) -> bool {
         matches!(self, Role::Gap | Role::Headway)
     }

@@ -1,4 +1,4 @@
-//! The rows of a mapped table: numbers in SI, names as they are.
+//! The rows of a mapped table: numbers in SI, names unchanged.
 
 use super::clock;
 use super::guess::Guess;
@@ -17,10 +17,10 @@ use crate::trajectory::steps::PAUSE_S;
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io::Read;
 
-/// What a broken value costs.
+/// Consequence of a broken value.
 #[derive(Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 struct Signal {
-    /// Of a platoon; 0 where the column is not of one car.
+    /// Of a platoon; 0 if the column does not belong to one car.
     car: usize,
     is_gap: bool,
 }
@@ -36,20 +36,20 @@ pub(super) struct Table {
     names: Vec<(Role, Vec<u32>)>,
     /// Names by number.
     pub dictionary: Vec<String>,
-    /// What rows of equal times are told apart by.
+    /// Key that distinguishes rows of equal times.
     hashes: Vec<u64>,
-    /// Number of the piece that each row belongs to: rows of one group and id whose time goes on without a pause. What
-    /// is taken for one trajectory, or one vehicle, has whole pieces.
+    /// Number of the piece that each row belongs to: rows of one group and id whose time continues without a pause. One trajectory
+    /// or vehicle consists of whole pieces.
     pieces: Vec<u32>,
-    /// What is wrong with single values, by piece and signal.
+    /// Faults of single values, by piece and signal.
     faults: BTreeMap<(u32, Signal), Faults>,
-    /// What was done while reading: columns and lines that were not read.
+    /// Changes while reading: columns and lines that were not read.
     pub notes: Vec<Note>,
     /// False if the last row has no line end.
     pub terminated: bool,
-    /// Columns that are not read and may tell drives apart, in a table without groups.
+    /// Unread columns that may distinguish drives, in a table without groups.
     pub guess: Vec<String>,
-    /// What each role is called in this file, in the order of the cars.
+    /// Names of each role in this file, in the order of the cars.
     called: Vec<((Role, usize), String)>,
 }
 
@@ -75,18 +75,18 @@ impl Table {
         self.names.iter().find(|(r, _)| *r == role).map(|(_, values)| values.as_slice())
     }
 
-    /// Group and id of a row, 0 where there is no such column.
+    /// Group and id of a row, 0 without such a column.
     pub fn key(&self, row: usize) -> (u32, u32) {
         let of = |role| self.names(role).map_or(0, |names| names[row]);
         (of(Role::Group), of(Role::Id))
     }
 
-    /// What is wrong with the values of a trajectory or a vehicle.
+    /// Faults in the values of a trajectory or a vehicle.
     pub fn faults(&self, rows: &[usize]) -> Faults {
         self.faults_where(rows, |_| true)
     }
 
-    /// What is wrong with the signals of one car of a platoon, and with its gap.
+    /// Faults in the signals of one car of a platoon, and in its gap.
     pub fn faults_of(&self, rows: &[usize], car: usize) -> [Faults; 2] {
         let is_its = |signal: Signal| [0, car].contains(&signal.car);
         [false, true].map(|is_gap| self.faults_where(rows, |signal| is_its(signal) && signal.is_gap == is_gap))
@@ -101,19 +101,19 @@ impl Table {
         all
     }
 
-    /// What is wrong with single values is wrong with the file, where nothing else is left of it.
+    /// Faults of single values become faults of the file if nothing else of it is left.
     pub fn refuse(&self, problems: &mut Problems) -> Result<(), Stop> {
         problems.adopt(self.faults.values().cloned());
         problems.check()
     }
 
-    /// True if one row repeats another one letter by letter.
+    /// True if one row repeats another one exactly.
     pub fn is_repeated(&self, row: usize, other: usize) -> bool {
         self.hashes[row] == self.hashes[other]
     }
 
-    /// Those rows that repeat another one letter by letter are taken out and counted. Of others with the same time
-    /// `differ` is told: line of the first and of the second, and the time.
+    /// Rows that repeat another one exactly are removed and counted. Of others with the same time
+    /// `differ` receives the line of the first and of the second, and the time.
     pub fn take_once(&self, rows: &mut Vec<usize>, repeated: &mut Repeated, mut differ: impl FnMut(u64, u64, f64)) {
         let time = self.numbers(Role::Time).unwrap_or_default();
         let mut seen: HashMap<u64, usize> = HashMap::with_capacity(rows.len());
@@ -142,7 +142,7 @@ impl Table {
     }
 }
 
-/// Rows that stand in a table more than once.
+/// Rows that occur more than once in a table.
 #[derive(Default)]
 pub(super) struct Repeated {
     rows: usize,
@@ -160,7 +160,7 @@ impl Repeated {
     }
 }
 
-/// The header, and what separates the fields below it.
+/// The header, and the separator of the fields below it.
 fn header<R: Read>(
     lines: &mut Lines<R>,
     map: &ColumnMap,
@@ -211,7 +211,7 @@ fn header<R: Read>(
     Ok((Header::of(&first, line, &fields, problems)?, map.separator))
 }
 
-/// Skips the row of units behind a header, if there is one, or one is promised.
+/// Skips the row of units behind a header, if there is one, or the map announces one.
 fn units_row<R: Read>(
     lines: &mut Lines<R>,
     map: &ColumnMap,
@@ -357,14 +357,14 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
 }
 
 fn is_word_for_missing(text: &str, map: &ColumnMap) -> bool {
-    // A program that knows no missing numbers writes -999 as -999.0.
+    // A program without missing numbers writes -999 as -999.0.
     let number = |text: &str| text.parse::<f64>().ok();
     let same =
         |word: &String| word.eq_ignore_ascii_case(text) || number(word).is_some_and(|word| number(text) == Some(word));
     is_missing(text) || map.missing.iter().any(same)
 }
 
-/// A number in SI, NaN if it is missing, or what is wrong with it.
+/// A number in SI, NaN if it is missing, or its fault.
 fn value(text: &str, name: &str, column: &Wanted, map: &ColumnMap) -> Result<f64, ProblemKind> {
     let Wanted { role, form, unit, .. } = column;
     let text = if is_word_for_missing(text, map) { "" } else { text };
@@ -385,13 +385,13 @@ fn value(text: &str, name: &str, column: &Wanted, map: &ColumnMap) -> Result<f64
             ProblemKind::DecimalComma { column, found, .. } => {
                 ProblemKind::DecimalComma { column, found, mapped: map.separator != Separator::Comma }
             }
-            // A clock is no number.
+            // A clock is not a number.
             ProblemKind::NotANumber { column, found, .. } if *role == Role::Time && is_time(&found) => {
                 ProblemKind::TimeUnit { column, found }
             }
             kind => kind,
         })?,
-        // Beside decimal commas a point may as well separate thousands.
+        // With decimal commas a point may be a separator of thousands.
         Decimal::Comma if text.contains('.') => {
             return Err(ProblemKind::DecimalPoint { column: name.to_owned(), found: text.to_owned() });
         }

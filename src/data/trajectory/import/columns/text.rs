@@ -1,4 +1,4 @@
-//! The keys of a column map, as TOML has them.
+//! The keys of a column map in TOML.
 
 use super::map::{Decimal, Direction, PositionAt, Rows, Separator};
 use serde::de::value::MapAccessDeserializer;
@@ -19,7 +19,7 @@ pub(super) struct Text {
     #[serde(default = "point")]
     pub decimal: Decimal,
     pub header: Option<Vec<String>>,
-    /// How the same table is read where it has no header line.
+    /// Reading of the same table without a header line.
     pub headerless: Option<Headerless>,
     #[serde(default)]
     pub skip_lines: u64,
@@ -51,7 +51,7 @@ pub(super) struct Headerless {
     pub header: Vec<String>,
 }
 
-/// What stands behind a role.
+/// Value of a role.
 pub(super) enum Entry {
     /// One value for all rows.
     Constant(f64),
@@ -65,7 +65,7 @@ pub(super) struct Named {
     pub unit: Option<String>,
     #[serde(default)]
     pub optional: bool,
-    /// What to do where the column is missing.
+    /// Remedy if the column is missing.
     #[serde(default)]
     pub hint: String,
 }

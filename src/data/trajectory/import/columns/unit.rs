@@ -1,4 +1,4 @@
-//! Units of columns, and what they are in SI.
+//! Units of columns, and their factors to SI.
 
 /// What is measured.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -15,7 +15,7 @@ pub(super) enum Quantity {
 pub(super) enum Form {
     /// A number, times this.
     Factor(f64),
-    /// Days since some day, as spreadsheets and MATLAB count them.
+    /// Days since some day, as in spreadsheets and MATLAB.
     Days,
     /// A date and a time of day: 2019-10-09T14:58:30.1Z.
     Iso,
@@ -23,7 +23,7 @@ pub(super) enum Form {
     Clock,
 }
 
-/// Times that are no numbers of a unit.
+/// Times in other forms than a number with a unit.
 const CLOCKS: [(&str, Form); 3] = [("iso", Form::Iso), ("hhmmss", Form::Clock), ("day", Form::Days)];
 
 /// International foot, mile and nautical mile \[m\]; standard gravity \[m/s²\].
@@ -33,7 +33,7 @@ const NAUTICAL_MILE: f64 = 1852.0;
 const GRAVITY: f64 = 9.80665;
 
 impl Quantity {
-    /// The unit that is meant where a map names none.
+    /// The default unit.
     pub fn si(self) -> &'static str {
         self.units()[0].0
     }

@@ -46,7 +46,7 @@ pub(super) fn wanted(header: &Header, map: &ColumnMap, problems: &mut Problems) 
             }
         }
     }
-    // One name may be misspelt; when several are missing, the table may be another one.
+    // One name may be misspelt; if several are missing, the table may be another one.
     let other = format!("is {} the right column map? `leadlag list columns` shows those that are built in", map.name);
     let advice = match hints.as_slice() {
         [] if missing.len() > 1 => other,
@@ -56,10 +56,10 @@ pub(super) fn wanted(header: &Header, map: &ColumnMap, problems: &mut Problems) 
     wanted
 }
 
-/// More cars than this in one platoon are not looked for.
+/// Largest number of cars in one platoon.
 const CARS_MAX: usize = 100;
 
-/// The numbers of the cars of a platoon of which there is a speed.
+/// The numbers of the cars of a platoon that have a speed.
 fn cars(header: &Header, map: &ColumnMap) -> Vec<usize> {
     let names = map.column(Role::Speed).map(|column| column.names.as_slice()).unwrap_or_default();
     let has = |car: &usize| {
@@ -69,7 +69,7 @@ fn cars(header: &Header, map: &ColumnMap) -> Vec<usize> {
     (0..=CARS_MAX).filter(has).collect()
 }
 
-/// The name of a column of one car: `{}` is its number, `{-1}` that of the car ahead. `None` where there is no car ahead.
+/// The name of a column of one car: `{}` is its number, `{-1}` that of the car ahead. `None` without a car ahead.
 fn numbered(name: &str, car: usize, ahead: Option<usize>) -> Option<String> {
     if name.contains("{-1}") {
         return Some(name.replace("{-1}", &ahead?.to_string()).replace("{}", &car.to_string()));

@@ -15,27 +15,27 @@ use std::fs::File;
 use std::io::{self, Read};
 use std::panic::{AssertUnwindSafe, catch_unwind};
 
-/// What a Parquet file begins with.
+/// First bytes of a Parquet file.
 pub(super) const MAGIC: [u8; 4] = *b"PAR1";
 
-/// Times since 1970 beyond this are no dates of measurements and stay numbers \[s\]: the beginning of 2200.
+/// Times since 1970 beyond this are not dates of measurements and stay numbers \[s\]: the beginning of 2200.
 const DATES_S: i64 = 7_258_118_400;
 const DAY_S: i64 = 86_400;
 
-/// The most digits of a decimal number: those of 256 bits. Writing down a number of many more takes for ever.
+/// The most digits of a decimal number: those of 256 bits. Writing down a number of many more takes too long.
 const DIGITS_MAX: i32 = 76;
 
 /// The table as text, a row at a time.
 pub(super) struct Text {
     rows: RowIter<'static>,
     line: Vec<u8>,
-    /// So much of the line is handed on.
+    /// Length of the part of the line that is passed on.
     done: usize,
 }
 
 impl Text {
     /// # Errors
-    /// When it is broken, or has columns that hold more than a value.
+    /// If it is broken, or has columns with several values.
     pub fn of(file: File, path: &str) -> Result<Text, ImportError> {
         let failed = |why: String| {
             let source =
@@ -74,7 +74,7 @@ impl Read for Text {
     }
 }
 
-/// Values that are no number and no text.
+/// Values that are neither number nor text.
 fn refuse_type(column: &Type) -> Result<(), String> {
     let name = column.name();
     let found = match column {
@@ -91,7 +91,7 @@ fn refuse_type(column: &Type) -> Result<(), String> {
     Err(format!("column {name} holds {found}"))
 }
 
-/// A few bytes can promise any number of rows, and keep it.
+/// A few bytes can declare any number of rows, and contain it.
 fn refuse_rows(metadata: &ParquetMetaData) -> Result<(), String> {
     let rows = metadata.row_groups().iter().map(|group| u64::try_from(group.num_rows()).unwrap_or(u64::MAX));
     let rows = rows.fold(0_u64, u64::saturating_add);
@@ -101,7 +101,7 @@ fn refuse_rows(metadata: &ParquetMetaData) -> Result<(), String> {
     }
 }
 
-/// The library takes it for granted that columns lie within the file.
+/// The library assumes that columns lie within the file.
 fn refuse_ranges(metadata: &ParquetMetaData, length: u64) -> Result<(), String> {
     let outside = |start: i64, size: i64| {
         let end = u64::try_from(start).ok().zip(u64::try_from(size).ok()).and_then(|(a, b)| a.checked_add(b));
@@ -116,7 +116,7 @@ fn refuse_ranges(metadata: &ParquetMetaData, length: u64) -> Result<(), String> 
     Ok(())
 }
 
-/// What the library makes of a file; some contents that contradict each other it meets with a panic.
+/// Result of the Parquet library; some contradictory contents make it panic.
 fn of_library<T, E: std::fmt::Display>(read: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
     match catch_unwind(AssertUnwindSafe(read)) {
         Ok(read) => read.map_err(|error| error.to_string()),
@@ -145,7 +145,7 @@ fn value(field: &Field) -> String {
     match field {
         Field::Null => String::new(),
         Field::Str(text) => quoted(text),
-        // The library's texts of dates that are none end in a panic.
+        // The library panics on texts of invalid dates.
         Field::Date(days) if (i64::from(*days) * DAY_S).abs() > DATES_S => days.to_string(),
         Field::TimestampMillis(time) if (time / 1000).abs() > DATES_S => time.to_string(),
         Field::TimestampMicros(time) if (time / 1_000_000).abs() > DATES_S => time.to_string(),

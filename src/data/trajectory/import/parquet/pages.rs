@@ -1,4 +1,4 @@
-//! The pages of a Parquet file. The library allocates what the header of a page promises, so each header is looked at before.
+//! The pages of a Parquet file. The library allocates the size declared in the header of a page, so each header is checked before.
 
 use crate::text::bounded::TABLE_MAX;
 use parquet::errors::{ParquetError, Result};
@@ -7,10 +7,10 @@ use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// What stands at the end of a file, behind its columns: the length of the metadata, and the magic number \[bytes\].
+/// End of a file, behind its columns: the length of the metadata, and the magic number \[bytes\].
 pub(super) const FOOTER: u64 = 8;
 
-/// The largest page, unpacked \[bytes\]: a column of as many numbers as a table may have rows. Writers mean 1 MB; some write a column as one page.
+/// The largest page, unpacked \[bytes\]: a column of as many numbers as a table may have rows. Writers aim at 1 MB; some write a column as one page.
 const PAGE_MAX: i32 = 256 << 20;
 /// The largest page with the values of a dictionary \[bytes\]; each of them takes several times as much in memory. Writers stop at 1 or 2 MB.
 const DICTIONARY_MAX: i32 = 16 << 20;
@@ -39,7 +39,7 @@ impl Length for Pages {
 impl ChunkReader for Pages {
     type T = BufReader<File>;
 
-    /// What begins with a header: a page, or the footer.
+    /// A part that begins with a header: a page, or the footer.
     fn get_read(&self, start: u64) -> Result<BufReader<File>> {
         let mut reader = self.file.get_read(start)?;
         if start.saturating_add(FOOTER) == self.len() {
@@ -60,7 +60,7 @@ impl ChunkReader for Pages {
     }
 }
 
-/// What of a page's header decides how much the page takes.
+/// The fields of a page's header that decide its memory.
 #[derive(Debug, Default, PartialEq)]
 struct Header {
     /// Size \[bytes\].
@@ -68,7 +68,7 @@ struct Header {
     /// Values of a dictionary.
     values: i32,
     is_dictionary: bool,
-    /// Text as what it has in common with the one before, whose lengths the library takes on trust.
+    /// Text as a common prefix with the one before, whose lengths the library does not check.
     is_text_delta: bool,
 }
 
@@ -112,7 +112,7 @@ impl Header {
                 }
                 (DICTIONARY, 3, TRUE | FALSE) | (DATA_V2, 7, TRUE | FALSE) => {}
                 (DATA, 5, STRUCT) | (DATA_V2, 8, STRUCT) => skip(input, STRUCT, DEPTH)?,
-                _ => return Err(io::Error::other("the header of a page is none")),
+                _ => return Err(io::Error::other("the header of a page is invalid")),
             }
             before = field;
         }
@@ -139,8 +139,8 @@ impl Header {
             return Err(format!("a dictionary of {} bytes has {} values", self.unpacked, self.values));
         }
         if self.is_text_delta {
-            return Err("a column of text is coded by its changes (DELTA_BYTE_ARRAY), which is not read; \
-                        expected text as it is, or by a dictionary"
+            return Err("a text column has the encoding DELTA_BYTE_ARRAY, which leadlag does not read; \
+                        expected plain or dictionary encoding"
                 .to_owned());
         }
         Ok(())
@@ -173,7 +173,7 @@ fn skip(input: &mut impl Read, kind: u8, depth: usize) -> io::Result<()> {
             }
             0
         }
-        _ => return Err(io::Error::other("the statistics of a page are none")),
+        _ => return Err(io::Error::other("the statistics of a page are invalid")),
     };
     match io::copy(&mut input.take(length), &mut io::sink())? {
         found if found == length => Ok(()),
@@ -224,7 +224,7 @@ mod tests {
         let expected = Header { unpacked: 150, ..Header::default() };
         assert_eq!(read(&page).expect("a header"), expected);
         assert!(expected.check().is_ok());
-        // Cut off anywhere it is none.
+        // A truncated file is invalid, wherever it ends.
         assert!((0..page.len()).all(|end| read(&page[..end]).is_err()));
         // The last of several sizes would count.
         let twice = [0x15, 0, 0x15, 2, 0x05, 4, 0xFE, 0xFF, 0xFF, 0xFF, 0x0F, 0];

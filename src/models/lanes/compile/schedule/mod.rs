@@ -36,8 +36,8 @@ pub struct Schedule {
     pub wanted: Vec<Row>,
 }
 
-/// Schedules what `wanted` needs. Operations in `bound` are in rows already; a wanted one may name the row it must go to.
-/// `shared` tells which operations have one result for all lanes.
+/// Schedules the operations in `wanted`. Operations in `bound` are in rows already; a wanted one may name the row it must go to.
+/// `shared` shows which operations have one result for all lanes.
 pub fn schedule(
     ops: &Ops,
     shared: &[bool],
@@ -75,7 +75,7 @@ pub fn schedule(
     let lone = |id: Id| uses[id] == 1 && !is_bound(id) && !is_wanted[id] && group_of[id].is_none();
     let mut ways = shortest_ways(ops, &lone);
     let mut absorbed = vec![false; ops.len()];
-    // What is computed, how, from what.
+    // The scheduled operation, its form, and its operands.
     let mut plan: Vec<(Vec<Id>, Code, Vec<Id>)> = Vec::new();
     // From the end, so that an operation that was absorbed absorbs nothing itself.
     for id in (0..ops.len()).rev() {

@@ -104,7 +104,7 @@ fn one_by_one(ops: &Ops, inputs: &[f32; INPUTS]) -> Vec<f32> {
             Op::Unary(Unary::Sqrt, a) => operation::Sqrt::of(values[a]),
             Op::Select { condition, accept, reject } => values[if values[condition] == 0.0 { reject } else { accept }],
             Op::Binary(kind, left, right) => {
-                // Which zero is the larger one is nobody's business, but a literal is looked at last.
+                // Which zero is the larger one does not matter, but a literal is looked at last.
                 let of_literal = |id: Id| ops.literal(id).is_some();
                 let (a, b) = (values[left], values[right]);
                 match kind {

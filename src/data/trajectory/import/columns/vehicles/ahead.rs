@@ -1,17 +1,17 @@
-//! Who drives ahead of whom, at each row.
+//! Order of the vehicles in a lane, at each row.
 
 use super::super::role::Role;
 use super::Long;
 use std::collections::HashMap;
 
-/// In place of a row: the vehicle ahead is named, but not seen at this time.
+/// In place of a row: the vehicle ahead is named, but absent at this time.
 pub(super) const ABSENT: u32 = u32::MAX;
 
 impl Long<'_> {
     /// The vehicle that each row names, and its row at the same time.
     pub(super) fn named_ahead(&self) -> Vec<Option<(u32, u32)>> {
         let ahead = self.table.names(Role::Ahead).expect("a map without it is refused, or searches");
-        // Several vehicles may bear a number, one after the other.
+        // Several vehicles may have a number, one after the other.
         let mut bearers: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
         for (vehicle, one) in (0..).zip(&self.vehicles) {
             bearers.entry(one.key).or_default().push(vehicle);
@@ -22,7 +22,7 @@ impl Long<'_> {
             for &row in vehicle.rows.iter().filter(|&&row| !nobody[ahead[row] as usize]) {
                 let bearers = bearers.get(&(vehicle.key.0, ahead[row])).map(Vec::as_slice).unwrap_or_default();
                 let t = self.time[row];
-                // The one whose time it is; they do not overlap.
+                // The one at its time; they do not overlap.
                 let is_there = |lead: &&u32| {
                     let rows = &self.vehicles[**lead as usize].rows;
                     let [first, last] =

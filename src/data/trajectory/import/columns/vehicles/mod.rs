@@ -1,4 +1,4 @@
-//! Long tables: one row per vehicle and time. Who is ahead is named by the table, or found by lane and position.
+//! Long tables: one row per vehicle and time. The table names the vehicle ahead, or lane and position give it.
 
 mod ahead;
 mod tracks;
@@ -101,7 +101,7 @@ impl<'a> Long<'a> {
         Ok(long)
     }
 
-    /// Refuses the table for what is wrong with its vehicles, if something is.
+    /// Refuses the table for faults of its vehicles, if any.
     fn refuse(&self, problems: &mut Problems) -> Result<(), Stop> {
         problems.adopt(self.vehicles.iter().map(|vehicle| vehicle.faults.clone()));
         problems.check()
@@ -117,12 +117,12 @@ impl<'a> Long<'a> {
         self.front_of(vehicle, row, vehicle.length)
     }
 
-    /// The same of a vehicle that somebody follows.
+    /// The same of a vehicle with a follower.
     fn lead_front(&self, lead: &Vehicle, row: usize) -> Option<f64> {
         self.front_of(lead, row, self.lead_length(lead))
     }
 
-    /// Length of a vehicle that somebody follows \[m\].
+    /// Length of a vehicle with a follower \[m\].
     fn lead_length(&self, lead: &Vehicle) -> Option<f64> {
         self.map.lead_override.or(lead.length)
     }
@@ -139,7 +139,7 @@ impl<'a> Long<'a> {
         })
     }
 
-    /// Finds the stretches in which the vehicle `ego` follows somebody.
+    /// Finds the stretches in which the vehicle `ego` follows another one.
     fn follow(&self, ego: usize, stretches: &mut Vec<Stretch>) {
         let mut open: Option<Stretch> = None;
         let mut before = 0;
@@ -164,7 +164,7 @@ impl<'a> Long<'a> {
         stretches.extend(open.filter(|stretch| stretch.rows.len() > 1));
     }
 
-    /// The gap of a stretch \[m\] and what it was derived from.
+    /// The gap of a stretch \[m\] and its source.
     fn gap(&self, stretch: &Stretch) -> (Vec<f64>, Option<String>) {
         let (ego, lead) = (&self.vehicles[stretch.ego], &self.vehicles[stretch.lead]);
         if let Some(gap) = self.table.numbers(Role::Gap) {
@@ -179,13 +179,13 @@ impl<'a> Long<'a> {
         (gap.collect(), Some("positions and the length of the vehicle ahead".to_owned()))
     }
 
-    /// From front to front \[m\]; NaN where there is no position.
+    /// From front to front \[m\]; NaN without a position.
     fn between(&self, ego: &Vehicle, row: usize, lead: &Vehicle, lead_row: usize) -> f64 {
         let fronts = self.lead_front(lead, lead_row).zip(self.front(ego, row));
         fronts.map_or(f64::NAN, |(lead, ego)| self.map.ahead_by(lead - ego))
     }
 
-    /// What the check of units looks at.
+    /// Input of the check of units.
     fn pair(&self, stretch: &Stretch) -> Pair {
         let (ego, lead) = (&self.vehicles[stretch.ego], &self.vehicles[stretch.lead]);
         let headway = self.table.numbers(Role::Headway);
@@ -218,7 +218,7 @@ impl<'a> Long<'a> {
         &self.table.dictionary[self.vehicles[vehicle].key.1 as usize]
     }
 
-    /// A stretch as a platoon of two; `count` says which of several of the same two vehicles.
+    /// A stretch as a platoon of two; `count` numbers those of the same two vehicles.
     fn platoon(&self, stretch: &Stretch, count: usize) -> Platoon {
         let (gap, from) = self.gap(stretch);
         let mut notes = Vec::new();
@@ -231,7 +231,7 @@ impl<'a> Long<'a> {
         }
         let gap = gap.into_iter().map(|gap| if gap > 0.0 { gap } else { f64::NAN }).collect();
         let [lead, ego] = [stretch.lead, stretch.ego].map(|vehicle| &self.vehicles[vehicle]);
-        // On a closed track a position goes on where a lap ends.
+        // On a closed track a position continues where a lap ends.
         let mut x: Vec<f64> = stretch.rows.iter().filter_map(|rows| self.front(ego, rows.0)).collect();
         if self.map.lap_length.is_some() {
             // The last one that is not missing.

@@ -1,4 +1,4 @@
-//! Which rows are whose: a number that is not seen for long, or that is elsewhere after a pause, is another vehicle.
+//! Which rows belong to which vehicle: a number that is absent for long, or elsewhere after a pause, is another vehicle.
 
 use super::super::map::{ColumnMap, Direction};
 use super::super::role::Role;
@@ -11,9 +11,9 @@ use crate::trajectory::import::table::REVERSE_LIMIT;
 use crate::trajectory::steps::longest_step;
 use std::collections::HashMap;
 
-/// A vehicle that is not seen for longer than this begins a new pair \[s\]: what lies between is never interpolated.
+/// A vehicle that is absent for longer than this starts a new pair \[s\]: the pause is never interpolated.
 pub(super) const ABSENCE_MAX_S: f64 = 60.0;
-/// A vehicle that is so much further back after a pause is another one \[m\]: more than sensors err by.
+/// A vehicle that is further back than this after a pause is another one \[m\]: more than the errors of sensors.
 const BACK_M: f64 = 10.0;
 
 /// One vehicle: its rows in the order of time.
@@ -25,7 +25,7 @@ pub(super) struct Vehicle {
     pub sign: f64,
     /// \[m\]
     pub length: Option<f64>,
-    /// What is wrong with its values: its pairs are left out.
+    /// Faults of its values: its pairs are left out.
     pub faults: Faults,
 }
 
@@ -66,7 +66,7 @@ pub(super) fn vehicles(
         notes.push(Note::NumbersAgain { vehicles: vehicles.len() - numbers, numbers });
     }
     let broken: Vec<&Vehicle> = vehicles.iter().filter(|vehicle| !vehicle.faults.is_empty()).collect();
-    // A table most of whose vehicles are broken is not what its map says.
+    // If most vehicles of a table are broken, the map does not fit it.
     if 2 * broken.len() > vehicles.len() {
         problems.adopt(broken.iter().map(|vehicle| vehicle.faults.clone()));
         problems.check()?;
@@ -78,7 +78,7 @@ pub(super) fn vehicles(
     Ok(vehicles)
 }
 
-/// The rows of one number, cut where another vehicle bears it.
+/// The rows of one number, cut where another vehicle has it.
 fn split(rows: Vec<usize>, table: &Table, map: &ColumnMap) -> Vec<Vec<usize>> {
     let time = table.numbers(Role::Time).expect("a map without it is refused");
     let t: Vec<f64> = rows.iter().map(|&row| time[row]).collect();
@@ -86,7 +86,7 @@ fn split(rows: Vec<usize>, table: &Table, map: &ColumnMap) -> Vec<Vec<usize>> {
     let sign = direction(&rows, table, map);
     let back = |before: usize, after: usize| {
         let x = table.numbers(Role::Position).map(|x| sign * (x[after] - x[before]));
-        // Where nobody knows in which direction it drives, nobody knows what is back; and on a ring what is back is ahead, too.
+        // Without a direction of travel, "back" is undefined; on a ring it is also ahead.
         map.lap_length.is_none() && map.direction != Direction::ByPosition && x.is_some_and(|moved| moved < -BACK_M)
     };
     let mut pieces: Vec<Vec<usize>> = Vec::new();
@@ -132,7 +132,7 @@ fn direction(rows: &[usize], table: &Table, map: &ColumnMap) -> f64 {
     }
 }
 
-/// From the first position to the last one, missing ones left out \[m\]; 0 where there are no two.
+/// From the first position to the last one, missing ones left out \[m\]; 0 with fewer than two.
 fn way(positions: impl DoubleEndedIterator<Item = f64>) -> f64 {
     let mut measured = positions.filter(|x| x.is_finite());
     let first = measured.next();
