@@ -379,7 +379,7 @@ impl Findings {
         (&self.described, &self.drives)
     }
 
-    /// The answer in a word: `named`, `helps`, `nothing`, `ambiguous`, `unexplained`, `not_testable`.
+    /// The answer in a word: `named`, `nothing`, `ambiguous`, `unexplained`, `not_testable`.
     #[must_use]
     pub fn verdict(&self) -> &'static str {
         self.outcome().verdict.into_str()

@@ -32,7 +32,7 @@ use std::path::PathBuf;
   leadlag diagnose platoon.csv --follower 2 --data-only
   leadlag diagnose --data A.csv,B.csv --base idm --causes mine.wgsl --json
 
-Exit codes with --exit-code: 0 named, 3 nothing, 4 ambiguous, 5 unexplained, 6 not testable, 7 bad data, 8 helps.")]
+Exit codes with --exit-code: 0 named, 3 nothing, 4 ambiguous, 5 unexplained, 6 not testable, 7 bad data.")]
 pub struct Args {
     /// Measured files to train on
     #[arg(value_name = "FILE", required_unless_present = "data")]

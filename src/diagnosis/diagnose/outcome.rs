@@ -21,8 +21,6 @@ pub enum Verdict {
     Ambiguous,
     /// Nothing is found that the base model lacks.
     Nothing,
-    /// The likelihood names nothing, but an extension follows unseen drives better.
-    Helps,
     /// What might be missing is absorbed by the calibration.
     NotTestable,
     /// Something is missing, and no cause explains it.
@@ -42,7 +40,6 @@ impl Verdict {
             Verdict::Unexplained => 5,
             Verdict::NotTestable => 6,
             Verdict::BadBase => 7,
-            Verdict::Helps => 8,
         }
     }
 }

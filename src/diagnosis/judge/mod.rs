@@ -11,7 +11,7 @@ mod step_down;
 pub use bootstrap::{Draw, Resamples};
 pub use check::Check;
 pub use confidence_set::confidence_set;
-pub use step_down::{Adjusted, step_down};
+pub use step_down::{Adjusted, critical, step_down};
 
 /// Mean of some numbers; 0 without any.
 #[must_use]

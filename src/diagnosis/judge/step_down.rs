@@ -2,6 +2,7 @@
 //! adjusted for the number of models as in Romano and Wolf (2016, Stat. Probab. Lett. 113, 38-40).
 
 use super::{Resamples, mean};
+use crate::statistics::order_statistic;
 
 /// A model against the benchmark.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -43,6 +44,16 @@ pub fn step_down(gains: &[Vec<f64>], passed_over: &[Vec<f64>], resamples: &Resam
         adjusted[k].p = least;
     }
     adjusted
+}
+
+/// The gain in standard errors that the best of these models exceeds with this probability where none is better than the benchmark.
+#[must_use]
+pub fn critical(gains: &[Vec<f64>], passed_over: &[Vec<f64>], resamples: &Resamples, chance: f64) -> f64 {
+    let mut largest = vec![f64::NEG_INFINITY; resamples.len()];
+    for row in gains.iter().chain(passed_over) {
+        largest.iter_mut().zip(resamples.studentised(row).1).for_each(|(m, draw)| *m = m.max(draw));
+    }
+    order_statistic(largest, 1.0 - chance).unwrap_or(f64::INFINITY)
 }
 
 #[cfg(test)]
@@ -94,6 +105,22 @@ pub(super) mod tests {
         // A row that is passed over counts in the maximum as one that is tested and worse.
         let with = step_down(&rows[..1], &rows[2..], &resamples)[0];
         assert_eq!(with.p, by_hand(&[0, 2], t));
+    }
+
+    /// A best model at the critical gain has the probability that it was asked for, and one below it more.
+    #[test]
+    fn the_critical_gain_is_the_one_of_that_probability() {
+        let resamples = Resamples::new(&[50], 1.0, 999, 5);
+        let rows: Vec<Vec<f64>> = (1..4).map(|seed| noise(50, 0.0, seed)).collect();
+        let at = critical(&rows[..2], &rows[2..], &resamples, 0.05);
+        // The same noise, moved to a mean of so many of its standard errors.
+        let moved = |t: f64| {
+            let (now, _) = resamples.studentised(&rows[0]);
+            let by = (t - now) * mean(&rows[0]) / now;
+            let row: Vec<f64> = rows[0].iter().map(|x| x + by).collect();
+            step_down(&[row, rows[1].clone()], &rows[2..], &resamples)[0].p
+        };
+        assert!((moved(at) - 0.05).abs() < 0.003 && moved(at - 0.3) > 0.06, "{} {}", moved(at), moved(at - 0.3));
     }
 
     /// Sets without an effect: any of ten models passes at 5 % in about 5 % of them, with bins that depend on each other.

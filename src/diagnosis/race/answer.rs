@@ -99,8 +99,8 @@ fn of_car(entry: &Entry) -> Vec<usize> {
     (0..entry.model.symbols.len()).filter(|&k| !is_lead(entry.model.symbols[k])).collect()
 }
 
-/// Puts the answer of the race into a diagnosis. What the likelihood names stays; else the race names, or at least helps. A base that
-/// could not be trusted becomes a note.
+/// Puts the answer of the race into a diagnosis. Names of the likelihood stay; otherwise those of the race hold. A base that
+/// cannot be trusted becomes a note.
 pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     outcome.base_notes = notes(answer);
     if outcome.verdict == Verdict::BadBase {
@@ -127,24 +127,14 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     // What the race judges, a calibration does not absorb.
     let is_judged = |name: &String| answer.tried.trials.iter().any(|trial| trial.causes.contains(name));
     outcome.not_testable.retain(|entry| !is_judged(&entry.name));
-    let recommended = answer.winner.map(|k| names(&answer.entries[k].causes));
-    if let Some(causes) = recommended.filter(|_| !is_named(outcome)) {
-        outcome.verdict = Verdict::Helps;
-        outcome.reason = format!(
-            "with {} the model follows drives better that it was not fitted to; the cause is not distinguished from other models",
-            causes.join(" and ")
-        );
-    }
+    debug_assert!(answer.winner.is_none() || is_named(outcome), "only named families are recommended");
+    outcome.power = answer.power.clone().filter(|_| !is_named(outcome));
     let named: Vec<String> =
         outcome.causes.iter().chain(&outcome.confounded_with).map(|cause| cause.family.clone()).collect();
     outcome.recommended = answer.winner.and_then(|k| recommended_entry(answer, &answer.entries[k], &named));
     outcome.base_laws.clone_from(&answer.laws);
     outcome.closed_loop = answer.tried.clone();
     outcome.simulations += answer.simulations;
-}
-
-fn names(causes: &[&'static Extension]) -> Vec<String> {
-    causes.iter().map(|cause| cause.name.clone()).collect()
 }
 
 fn at_most(p: f64) -> String {
@@ -173,6 +163,7 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
     let (before, after) = (base_held.roots(&base.scales), own.roots(&entry.scales));
     let differences: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
     let interval = answer.resamples.interval(&differences, Policy::DEFAULT.interval);
+    let [base_collisions, own_collisions] = [base_held, own].map(collisions);
     let confirmed = entry.causes.iter().all(|cause| named.iter().any(|name| name == cause.family()));
     let cause = |cause: &&'static Extension| RecommendedCause {
         name: cause.name.clone(),
@@ -185,7 +176,12 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
         (entry.model.symbols[k].name().to_owned(), [axis.lower, axis.upper])
     };
     Some(Recommended {
-        parameters: parameters(entry, &own_positions, Horizon::Drive),
+        parameters: parameters(entry, &own_positions, Horizon::Drive).into_iter().map(|p| (p.name, p.value)).collect(),
+        safe: own_collisions == 0,
+        safe_reason: format!(
+            "on left-out data it comes closer than 0.1 m to the car ahead in {own_collisions} of {} parts, the base in {base_collisions}",
+            own.parts.len()
+        ),
         bounds: own_positions.iter().map(bound).collect(),
         causes: entry.causes.iter().map(cause).collect(),
         why: if confirmed { Why::Confirmed } else { Why::Helps },
@@ -197,7 +193,7 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
         },
         per_drive: per_drive(answer, base_held, own),
         confidence_set: answer.set.clone(),
-        collisions: Collisions { base: collisions(base_held), extended: collisions(own) },
+        collisions: Collisions { base: base_collisions, extended: own_collisions },
     })
 }
 

@@ -1,8 +1,11 @@
 //! What the tests say of the models of a race. All tests share the bins and the resamples of the bins.
 
 use super::policy::Policy;
-use super::{Entry, Fit, HORIZONS, Horizon};
-use crate::judge::{Resamples, confidence_set, mean, step_down};
+use super::{Entry, Fit, HORIZONS, Horizon, OF_A_NAME};
+use crate::judge::{Resamples, confidence_set, critical, mean, step_down};
+
+/// Standard errors above a limit at which a gain exceeds it with a probability of 80 %.
+const IN_FOUR_OF_FIVE: f64 = 0.84;
 
 /// Losses of a model bin by bin, at each horizon.
 pub type Rows = [Vec<f64>; HORIZONS];
@@ -49,6 +52,8 @@ pub struct Table {
     pub rows: Vec<Evidence>,
     /// At both shorter horizons together, at the shortest, and at the next.
     pub sets: Vec<ConfidenceSet>,
+    /// Standard errors that are found with a probability of 80 %, and the gain at the horizon of a name that has as many.
+    pub found: [f64; 2],
 }
 
 /// A gain of a loss as a share of the error.
@@ -139,7 +144,9 @@ pub fn table(
         };
         Evidence { gains: std::array::from_fn(gain), t: adjusted[k].t, p: adjusted[k].p, in_set: sets[0].models[k] }
     };
-    Table { rows: (0..models.len()).map(one).collect(), sets }
+    let needed = critical(&all, &others, resamples, policy.chance_of_a_name) + IN_FOUR_OF_FIVE;
+    let gain = as_share(Horizon::ALL[OF_A_NAME], needed * scales[OF_A_NAME], mean(&reference[OF_A_NAME]));
+    Table { rows: (0..models.len()).map(one).collect(), sets, found: [needed, gain] }
 }
 
 /// The gains in training of a model that is not judged, over the reference in training.

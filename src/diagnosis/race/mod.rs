@@ -27,7 +27,7 @@ use crate::diagnose::likelihood::model::{LEAD, PHASE};
 use crate::diagnose::{DiagnoseError, Drive, Progress};
 use crate::extension::{Extension, Extensions};
 use crate::judge::{Check, Resamples, mean};
-use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, LawEntry, Trial};
+use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, LawEntry, Power, Trial};
 use evidence::{Rows, Table, held, passed_over, table, trained};
 use not_followed::stretches;
 use rayon::prelude::*;
@@ -119,6 +119,8 @@ pub struct Answer {
     pub not_followed: Vec<NotFollowed>,
     /// Every model that cannot be told from the best at the shorter horizons, by its causes; another law by its name.
     pub set: Vec<Vec<String>>,
+    /// The gain that the drives could have shown, where the race names nothing.
+    pub power: Option<Power>,
     /// What was tried.
     pub tried: ClosedLoopEntry,
     /// Simulated candidates, over one drive or part each.
@@ -247,6 +249,7 @@ pub fn race(
         laws: Vec::new(),
         not_followed,
         set: Vec::new(),
+        power: None,
         tried,
         simulations,
         field,
@@ -372,6 +375,7 @@ fn round(
     }
     if is_first {
         answer.set = set(&entered, &found, laws);
+        answer.power = power(&entered, &found, answer.tried.bins).filter(|_| named.is_none());
     }
     let passes = |k: &usize| asked[*k].iter().all(|check| check.met);
     // What else is worth its parameters is asked in the next round. Of as simple ones, what a user gains most with.
@@ -387,6 +391,20 @@ fn round(
     answer.entries.extend(entered);
     answer.winner = best.map(|k| first + k).or(answer.winner);
     Ok(best.is_some())
+}
+
+/// The gain that so many bins could have shown.
+fn power(entered: &[Entry], table: &Table, bins: usize) -> Option<Power> {
+    let [needed, gain] = table.found;
+    let best = (0..entered.len()).max_by(|&a, &b| table.rows[a].t.total_cmp(&table.rows[b].t))?;
+    let (t, minutes) = (table.rows[best].t, bins as f64 * loss::BIN_S / 60.0);
+    // Standard errors grow with the root of the time.
+    let more = minutes * ((needed / t).powi(2) - 1.0);
+    gain.is_finite().then(|| Power {
+        gain,
+        causes: names(&entered[best].causes),
+        minutes: (t >= 1.0).then_some(more.max(0.0)),
+    })
 }
 
 /// The causes of every model that cannot be told from the best.

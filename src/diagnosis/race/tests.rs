@@ -44,4 +44,7 @@ fn a_better_model_leaves_the_reference_and_worse_laws_behind() {
     );
     let none = table(&reference, &[rows(0.0, 2.0)], &[], &[], &resamples, &Policy::DEFAULT);
     assert!(none.rows[0].p > 0.05 && none.sets.iter().all(|set| set.reference), "{none:?}");
+    // One model alone is found from some three standard errors on, of which each is 1 % of the error here at most.
+    let [needed, gain] = none.found;
+    assert!((2.5..6.0).contains(&needed) && gain > 0.0 && gain < 0.06, "{none:?}");
 }

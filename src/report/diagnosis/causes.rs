@@ -62,7 +62,6 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
         Verdict::NotTestable => "NOT TESTABLE with these data",
         Verdict::Unexplained => "UNEXPLAINED: the model errs, and no built-in cause explains why",
         Verdict::BadBase => "NO VERDICT: the base model does not fit",
-        Verdict::Helps => "HELPS: an extension follows unseen drives better; the cause is not identified",
     };
     if let Some(first) = outcome.data_first() {
         text.push_str(&wrapped(0, 2, &format!("CHECK THE DATA FIRST. {first}")));

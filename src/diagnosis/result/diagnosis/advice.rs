@@ -29,7 +29,7 @@ impl Outcome {
         }
         // A base is not to blame for a gap that it cannot have driven.
         let broken = self.data_findings.iter().any(|f| f.name == "inconsistent");
-        let shaken = matches!(self.verdict, Verdict::BadBase | Verdict::Unexplained | Verdict::Helps);
+        let shaken = matches!(self.verdict, Verdict::BadBase | Verdict::Unexplained);
         (broken && shaken).then(|| {
             "The data are broken (section 1: INCONSISTENT), and no base model can follow them: correct the data first (section 1), or cut \
              out what is sound with --from and --to"

@@ -148,6 +148,7 @@ pub fn describe(
             extended.as_ref().map(|e| &e.runs[trained..]),
         ),
         recommended: None,
+        power: None,
         base_laws: Vec::new(),
         base_notes: Vec::new(),
         left_over,

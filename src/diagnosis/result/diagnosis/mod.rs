@@ -4,7 +4,7 @@ mod advice;
 pub mod describe;
 pub mod recommended;
 
-use self::recommended::{ClosedLoopEntry, LawEntry, Recommended};
+use self::recommended::{ClosedLoopEntry, LawEntry, Power, Recommended};
 use crate::diagnose::data::{Finding, Soundness};
 use crate::diagnose::describe::error_breakdown::Budget;
 use crate::diagnose::describe::free::BrokenOffEntry;
@@ -406,6 +406,9 @@ pub struct Outcome {
     /// What to calibrate with; `null` where the base follows unseen drives as well.
     #[serde(default)]
     pub recommended: Option<Recommended>,
+    /// The gain that these drives could have shown, where nothing is named.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub power: Option<Power>,
     /// Other laws on the same drives.
     #[serde(default)]
     pub base_laws: Vec<LawEntry>,

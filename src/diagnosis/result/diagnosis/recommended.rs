@@ -2,6 +2,7 @@
 
 use super::ParameterEntry;
 use crate::judge::Check;
+use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 
@@ -67,10 +68,12 @@ pub struct Recommended {
     pub causes: Vec<RecommendedCause>,
     /// Why.
     pub why: Why,
-    /// All parameters of the model, fitted to all drives over their whole length: what the gain was measured with, but for the drive that each
-    /// was left out for.
-    #[serde(default)]
-    pub parameters: Vec<ParameterEntry>,
+    /// All parameters of the model, fitted to all drives over their whole length. `extended` of the result has their intervals.
+    pub parameters: IndexMap<String, f64>,
+    /// True if it comes closer than 0.1 m to the car ahead in no part of the drives that its fits left out.
+    pub safe: bool,
+    /// The counts.
+    pub safe_reason: String,
     /// The bounds that each was fitted within.
     #[serde(default)]
     pub bounds: BTreeMap<String, [f64; 2]>,
@@ -91,6 +94,18 @@ pub struct LawEntry {
     pub name: String,
     /// Share by which its error on unseen drives is smaller than that of the base; negative: larger.
     pub gain: f64,
+}
+
+/// The gain that drives could have shown, where nothing is named.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Power {
+    /// Gain at 15 s, as a share of the error, that is found with a probability of 80 %.
+    pub gain: f64,
+    /// Causes of the model that comes closest to a name.
+    pub causes: Vec<String>,
+    /// Minutes of such driving, beside those given, after which it would be found as often, if its gain is what it seems; none where its gain
+    /// is less than a standard error.
+    pub minutes: Option<f64>,
 }
 
 /// What a model gains at one horizon.
