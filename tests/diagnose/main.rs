@@ -7,6 +7,7 @@ mod bench;
 mod cli;
 mod data;
 mod describe;
+mod drivers;
 mod hidden_effect;
 mod infer;
 mod not_followed;

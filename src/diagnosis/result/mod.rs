@@ -330,14 +330,24 @@ impl ResultFile {
         for extension in &self.extensions {
             variant = variant.with(extension.read()?)?;
         }
-        let mut parameters = Parameters::NONE;
-        for symbol in variant.parameters() {
-            let name = symbol.name();
-            parameters.set(symbol, *self.parameters.get(name).ok_or(ContentError::Parameter(name))?);
-        }
-        let tau_p_upper = self.bounds.get(Symbol::tau_p.name()).map_or(0.0, |b| b[1]);
-        let delay = variant.extensions.delay().and_then(|symbol| self.bounds.get(symbol.name()));
-        let (convention, extension_delay_upper) = (self.convention.parse()?, delay.map(|b| b[1]));
-        Ok(CalibratedVariant { variant, convention, parameters, tau_p_upper, extension_delay_upper })
+        calibrated(variant, &self.parameters, &self.bounds, &self.convention)
     }
+}
+
+/// A variant with its parameters, bounds and convention as a file has them.
+fn calibrated(
+    variant: Variant,
+    values: &IndexMap<String, f64>,
+    bounds: &IndexMap<String, [f64; 2]>,
+    convention: &str,
+) -> Result<CalibratedVariant, ContentError> {
+    let mut parameters = Parameters::NONE;
+    for symbol in variant.parameters() {
+        let name = symbol.name();
+        parameters.set(symbol, *values.get(name).ok_or(ContentError::Parameter(name))?);
+    }
+    let tau_p_upper = bounds.get(Symbol::tau_p.name()).map_or(0.0, |b| b[1]);
+    let delay = variant.extensions.delay().and_then(|symbol| bounds.get(symbol.name()));
+    let (convention, extension_delay_upper) = (convention.parse()?, delay.map(|b| b[1]));
+    Ok(CalibratedVariant { variant, convention, parameters, tau_p_upper, extension_delay_upper })
 }

@@ -4,14 +4,13 @@ use super::{CalibrateError, Calibration, SearchSpace, Stop, calibrate_each};
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Population};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
-use crate::statistics::upper_median;
 
 /// Shorter halves show too little of a driver \[s\].
 const HALF_S: f64 = 30.0;
 /// Largest number of drives compared with each other.
 const MOST: usize = 10;
-/// The error of the spacing on others' drives is at least this multiple of that on the own one. Three drives of each of four cars with adaptive cruise
-/// control stay below it on three laws, though none follows them well; time gaps of 1.0 and 1.4 s do not.
+/// The error of the spacing by what one driver would do is at least this multiple of that by the own half: 2 of 48 made-up single drivers behind different
+/// leaders reach it, 31 of 48 mixtures do, and no three drives of each of four cars with adaptive cruise control on three laws.
 const TIMES: f64 = 2.5;
 /// And larger by at least this \[m\]: smaller differences are those of the measurement.
 const LARGER_M: f64 = 1.0;
@@ -23,7 +22,7 @@ const PER_PARAMETER: u64 = 1_000;
 pub struct Apart {
     /// Root mean square error of the spacing in each half of the drive that differs most, predicted from its other half \[m\].
     pub own_m: f64,
-    /// The same, predicted from the halves of other drives.
+    /// The same by the parameters that follow all other halves best.
     pub other_m: f64,
     /// The parameter that differs most, and its value on each examined drive: the place of the drive, and the mean of its halves.
     pub parameter: usize,
@@ -70,11 +69,17 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
         let measures = outcomes[case * places.len() + column].result.ok()?;
         Some(measures.0[0].rmse.powi(2))
     };
-    // Of a half: its error by the other half of the drive, and by the middle of the halves of other drives.
-    let errors = |half: usize| {
-        let by_others = places.iter().filter(|&&by| by / 2 != half / 2).filter_map(|&by| square(half, by));
-        Some([square(half, half ^ 1)?, upper_median(by_others)?].map(f64::sqrt))
+    // The behaviour of one driver: of all candidates but its own, the one that follows all other halves best. Their errors count by ratio.
+    let pooled = |half: usize| {
+        let cost = |by: usize| {
+            let others = (0..found.len()).filter(|&case| case != half);
+            others.map(|case| square(case, by).map(f64::ln)).sum::<Option<f64>>()
+        };
+        let candidates = places.iter().filter(|&&by| by != half).filter_map(|&by| Some((cost(by)?, by)));
+        candidates.min_by(|a, b| a.0.total_cmp(&b.0)).map(|(_, by)| by)
     };
+    // Errors of a half: by the other half of the drive, and by the pooled behaviour.
+    let errors = |half: usize| Some([square(half, half ^ 1)?, square(half, pooled(half)?)?].map(f64::sqrt));
     // Both halves of a drive have to agree: a simulation that diverges in one shows nothing of the driver.
     let is_apart = |[own, other]: &[f64; 2]| *other >= TIMES * own && *other >= own + LARGER_M;
     let of_another = |place: usize| {

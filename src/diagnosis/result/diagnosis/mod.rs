@@ -5,6 +5,7 @@ pub mod describe;
 pub mod recommended;
 
 use self::recommended::{ClosedLoopEntry, LawEntry, Power, Recommended};
+use crate::catalog::Variant;
 use crate::diagnose::data::{Finding, Soundness};
 use crate::diagnose::describe::error_breakdown::Budget;
 use crate::diagnose::describe::free::BrokenOffEntry;
@@ -15,7 +16,10 @@ use crate::diagnose::search::skipped::Untried;
 use crate::diagnose::{Adopted, Estimate, Fitted, NotTestable, Tried, Verdict};
 use crate::evaluator::CaseError;
 use crate::judge::Check;
+use crate::result::{ContentError, calibrated};
+use crate::simulate::CalibratedVariant;
 use crate::trajectory::Trajectory;
+use crate::wgsl::extension_named;
 use serde::{Deserialize, Serialize};
 
 /// Version of the file; raised by every change that breaks a reader.
@@ -489,6 +493,20 @@ impl Outcome {
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("numbers and text can be written") + "\n"
+    }
+
+    /// The recommended model, ready to be simulated; `None` if nothing is recommended.
+    ///
+    /// # Errors
+    /// [`ContentError`] where its law or a cause is not built in.
+    pub fn recommended_model(&self) -> Result<Option<CalibratedVariant>, ContentError> {
+        let (Some(recommended), Some(base)) = (&self.recommended, &self.base) else { return Ok(None) };
+        let mut variant: Variant = base.variant.parse()?;
+        for cause in &recommended.causes {
+            let built_in = extension_named(&cause.name).ok_or_else(|| ContentError::Extension(cause.name.clone()))?;
+            variant = variant.with(built_in)?;
+        }
+        calibrated(variant, &recommended.parameters, &recommended.bounds, &self.convention).map(Some)
     }
 
     /// Causes that could be in the place of an adopted one. Where a file does not say in whose, in that of the first.

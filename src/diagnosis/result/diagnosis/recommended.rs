@@ -4,7 +4,6 @@ use super::ParameterEntry;
 use crate::judge::Check;
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 
 /// A cause of the recommended model.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -76,7 +75,7 @@ pub struct Recommended {
     pub safe_reason: String,
     /// The bounds that each was fitted within.
     #[serde(default)]
-    pub bounds: BTreeMap<String, [f64; 2]>,
+    pub bounds: IndexMap<String, [f64; 2]>,
     /// Over whole drives.
     pub gain: ClosedLoopGain,
     /// Drive by drive, over whole drives.
