@@ -21,7 +21,7 @@ pub use journal::{Journal, JournalError};
 pub use table::{Overview, ParameterOverview, Spread, clash, overview, table};
 pub use work::{FleetError, run};
 
-use crate::calibrate::{Calibration, Overrides};
+use crate::calibrate::{Calibration, Overrides, SearchSpace};
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::identify::Optimism;
@@ -166,6 +166,12 @@ impl Settings {
         let (models, measures) = (self.models.len(), self.measures.len());
         let of_model = move |pair, model| (0..measures).map(move |measure| Place { pair, model, measure });
         (0..pairs).flat_map(move |pair| (0..models).flat_map(move |model| of_model(pair, model)))
+    }
+
+    /// Simulations of the search in a space at most.
+    #[must_use]
+    pub fn most_evaluations(&self, space: &SearchSpace) -> u64 {
+        self.max_evaluations.unwrap_or(EVALUATIONS_PER_PARAMETER * space.free().len().max(1) as u64)
     }
 
     /// What keeps a row of a journal from being one of these calibrations, if anything does.

@@ -3,7 +3,7 @@
 use super::{Comparison, Drive, HeldScore, Pair, Row, Rule, SCHEMA_VERSION, Settings, Standing};
 use crate::catalog::Variant;
 use crate::statistics::quantile;
-use crate::study::merge::{column_clash, parameter_column};
+use crate::study::merge::column_clash;
 use crate::study::outcome::Behind;
 use crate::study::table::Table;
 use crate::symbols::Symbol;
@@ -13,7 +13,7 @@ const ENDS: [&str; 2] = ["low", "high"];
 
 /// The columns of the parameters of a model.
 fn columns_of(model: &Variant) -> Vec<String> {
-    model.parameters().into_iter().map(parameter_column).collect()
+    model.parameters().into_iter().map(Symbol::column).collect()
 }
 
 /// Why the models cannot share a table, if they cannot: two parameters would be one column, or one would be a column that every table has.
@@ -26,7 +26,7 @@ pub fn clash(settings: &Settings) -> Option<String> {
     let ends = if settings.intervals { &ENDS[..] } else { &[] };
     let mut columns: Vec<(Symbol, String)> = Vec::new();
     for symbol in settings.models.iter().flat_map(|model| model.variant.parameters()) {
-        let name = parameter_column(symbol);
+        let name = symbol.column();
         columns.push((symbol, name.clone()));
         columns.extend(ends.iter().map(|end| (symbol, format!("{name}_{end}"))));
     }
@@ -213,7 +213,7 @@ pub fn overview(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &
             let parameter = |(i, symbol): (usize, &Symbol)| ParameterOverview {
                 name: symbol.name().to_owned(),
                 unit: symbol.unit().to_owned(),
-                column: parameter_column(*symbol),
+                column: symbol.column(),
                 spread: Spread::of(&own.iter().map(|found| found.parameters[i]).collect::<Vec<_>>()),
                 sound: (doubtful > 0).then_some(()).and_then(|()| {
                     let sound = own.iter().zip(&is_sound).filter(|(_, sound)| **sound);

@@ -1,6 +1,6 @@
 //! The work: some pairs at a time on one evaluator, several of these side by side where it is the CPU that computes.
 
-use super::{Drive, EVALUATIONS_PER_PARAMETER, Found, Journal, JournalError, Pair, Place, Row, Settings};
+use super::{Drive, Found, Journal, JournalError, Pair, Place, Row, Settings};
 use crate::calibrate::{CalibrateError, Replicate, SearchSpace, bound_times, calibrate_each};
 use crate::catalog::Variant;
 use crate::convention::Convention;
@@ -186,8 +186,7 @@ fn together(
     let spaces: Vec<SearchSpace> = tasks.iter().map(|task| task.space.clone()).collect();
     let mut evaluator = build(settings, cases, place, warn)?;
     let mut calibration = settings.calibration;
-    let own = EVALUATIONS_PER_PARAMETER * spaces[0].free().len().max(1) as u64;
-    calibration.stop.max_evaluations = settings.max_evaluations.unwrap_or(own);
+    calibration.stop.max_evaluations = settings.most_evaluations(&spaces[0]);
     let replicates = match calibrate_each(evaluator.as_mut(), &spaces, &calibration, stop) {
         Err(CalibrateError::Evaluate(error)) => return Err(error.into()),
         Err(_) => return Ok(rows),

@@ -20,11 +20,11 @@ fn driver(number: u64) -> [f64; 5] {
     [31.0, 1.2, 2.2, 1.3, 1.8].map(|middle| middle * (0.2 * normal(&mut rng)).exp())
 }
 
-const HEADER: &str = "Trajectory_ID,Time_Index,ID_LV,Type_LV,Pos_LV,Speed_LV,Acc_LV,ID_FAV,Pos_FAV,Speed_FAV,Acc_FAV,Spatial_Gap,\
+pub const HEADER: &str = "Trajectory_ID,Time_Index,ID_LV,Type_LV,Pos_LV,Speed_LV,Acc_LV,ID_FAV,Pos_FAV,Speed_FAV,Acc_FAV,Spatial_Gap,\
                       Spatial_Headway,Speed_Diff\n";
 
 /// Rows of drives of so many samples at 10 Hz, each of a driver of his own behind a leader of his own.
-fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
+pub fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
     delayed_drives(numbers, samples, 0, 0.03)
 }
 

@@ -1,0 +1,115 @@
+//! What a fleet is for afterwards: scores on other drives by `evaluate`, a result of each pair, simulations of some drivers.
+
+use super::fleet::{HEADER, drives};
+use crate::common::program::{fails, ok, scratch, stderr, succeeds, text};
+use crate::common::tolerance::WHOLE_RUN;
+use std::collections::BTreeMap;
+use std::fs;
+use std::path::{Path, PathBuf};
+
+const MODELS: [&str; 4] = ["--model", "idm", "--model", "idm+delay"];
+
+/// The folder of a fleet of three drivers, and its table.
+fn fleet(name: &str, more: &[&str]) -> (PathBuf, PathBuf) {
+    let folder = scratch("fleet_use", name);
+    let (table, out) = (folder.join("pairs.csv"), folder.join("fleet"));
+    fs::write(&table, HEADER.to_owned() + &drives(0..3, 300)).expect("room");
+    let words = ["calibrate", text(&table), "--all", "--bounds", "human", "--out", text(&out)];
+    ok(&[&words[..], &MODELS, more].concat());
+    (out, table)
+}
+
+fn rows(path: &Path) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_path(path).expect("it was written");
+    reader.deserialize().map(|row| row.expect("a row")).collect()
+}
+
+fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
+    row[column].parse().unwrap_or_else(|_| panic!("{column}: expected a number, found {:?}", row[column]))
+}
+
+#[test]
+fn a_fleet_is_evaluated_on_its_own_drives_and_on_others() {
+    let (fleet, table) = fleet("evaluated", &[]);
+    let scored = fleet.with_file_name("scores.csv");
+    // Bounds and convention are those of the fleet: another bound of the delay scores another window.
+    ok(&["evaluate", text(&fleet), "--out", text(&scored)]);
+    let found = rows(&scored);
+    assert_eq!(found.len(), 6);
+    for row in &found {
+        let (score, expected) = (number(row, "calib_cost"), number(row, "score"));
+        assert!((score / expected - 1.0).abs() < WHOLE_RUN, "{} of {}: {score}", row["model"], row["trajectory"]);
+    }
+    // The same drivers in another file, one of them missing, with another name for each column.
+    let other = fleet.with_file_name("other.csv");
+    let renamed = HEADER.replace("Trajectory_ID", "driver").replace("Speed_FAV", "v").replace("Speed_LV", "v_lead");
+    fs::write(&other, renamed.replace("Spatial_Gap", "gap") + &drives(1..3, 200)).expect("room");
+    let map = fleet.with_file_name("map.toml");
+    let columns = "title = \"own\"\nrows = \"pairs\"\n[columns]\ngroup = { name = \"driver\" }\ntime = { name = \"Time_Index\", unit = \"s\" }\n\
+                   speed = { name = \"v\", unit = \"m/s\" }\nlead_speed = { name = \"v_lead\", unit = \"m/s\" }\n\
+                   gap = { name = \"gap\", unit = \"m\" }\n";
+    fs::write(&map, columns).expect("room");
+    let words = ["evaluate", text(&fleet), "--data", text(&other), "--columns", text(&map), "--out", text(&scored)];
+    let said = stderr(&succeeds(&words));
+    assert!(said.contains("no trajectory 0; the file has 1, 2"), "{said}");
+    let found = rows(&scored);
+    let simulated: Vec<&str> = found.iter().map(|row| row["success"].as_str()).collect();
+    assert_eq!(simulated, ["0", "0", "1", "1", "1", "1"]);
+    // A table of one's own says which trajectory is meant in a column.
+    let cases = fleet.with_file_name("cases.csv");
+    let case = |columns: &str, values: &str| {
+        fs::write(
+            &cases,
+            format!("model,follower,v_0,d_0,t_h,a_max,a_min,delta{columns}\nidm,1,31,2,1.2,1.3,-1.8,4{values}\n"),
+        )
+        .expect("room");
+    };
+    case(",trajectory", ",1");
+    ok(&["evaluate", text(&cases), "--data", text(&table), "--out", text(&scored)]);
+    assert_eq!(rows(&scored)[0]["success"], "1");
+    case("", "");
+    let (code, said) = fails(&["evaluate", text(&cases), "--data", text(&table), "--out", text(&scored)]);
+    assert!(code == 1 && said.contains("in the column trajectory, such as 0"), "{said}");
+    case(",platoon", ",elsewhere");
+    let (_, said) = fails(&["evaluate", text(&cases), "--data", text(&table), "--out", text(&scored)]);
+    assert!(said.contains("platoon elsewhere: expected") && said.contains("pairs.csv"), "{said}");
+    let (_, said) = fails(&["evaluate", text(&cases), "--out", text(&scored)]);
+    assert!(said.contains("platoon elsewhere") && said.contains("--data"), "{said}");
+}
+
+/// The result of a pair is what `calibrate` writes of it alone, and several models have a folder each.
+#[test]
+fn each_pair_has_a_result_on_demand() {
+    let (fleet, table) = fleet("each", &["--each"]);
+    let json = |path: &Path| -> serde_json::Value {
+        let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
+        serde_json::from_str(&text).expect("JSON")
+    };
+    for (row, folder) in rows(&fleet.join("parameters.csv")).iter().zip([0, 0, 1, 1, 2, 2]) {
+        let own = fleet.join(format!("each/pairs_follower1_trajectory{folder}")).join(&row["model"]);
+        let result = json(&own.join("result.json"));
+        assert_eq!(result["score"]["nrmse_sva"].as_f64(), Some(number(row, "score")));
+        assert_eq!(result["parameters"]["t_h"].as_f64(), Some(number(row, "t_h_s")));
+        assert!(own.join("simulation.csv").is_file() && own.join("plot.svg").is_file());
+    }
+    let alone = fleet.with_file_name("alone");
+    let words = ["calibrate", text(&table), "--trajectory", "1", "--bounds", "human", "--max-evaluations", "10000"];
+    ok(&[&words[..], &["--model", "idm", "--out", text(&alone)]].concat());
+    let own = fleet.join("each/pairs_follower1_trajectory1/idm/result.json");
+    assert_eq!(json(&own)["parameters"], json(&alone.join("result.json"))["parameters"]);
+    assert_eq!(json(&own)["intervals"], json(&alone.join("result.json"))["intervals"]);
+    ok(&["report", text(own.parent().expect("a folder")), "--out", text(&fleet.with_file_name("page.html"))]);
+    // The fleet is whole beside it.
+    ok(&["report", text(&fleet), "--out", text(&fleet.with_file_name("fleet.html"))]);
+}
+
+#[test]
+fn several_drivers_of_a_fleet_are_simulated_at_once() {
+    let (fleet, table) = fleet("simulated", &[]);
+    let simulate = |ids: &str| ok(&["simulate", text(&table), "--result", text(&fleet), "--trajectory", ids, "--json"]);
+    let [one, other, both] = ["0", "2", "0,2"].map(|ids| {
+        let json: serde_json::Value = serde_json::from_str(&simulate(ids)).expect("JSON");
+        json["runs"].as_array().expect("runs").clone()
+    });
+    assert_eq!([one, other].concat(), both);
+}
