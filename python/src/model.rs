@@ -137,6 +137,12 @@ impl Calibration {
         self.inner.model()
     }
 
+    /// The parameters of the model, each with its column in the table of a fleet.
+    #[getter]
+    fn columns(&self) -> Vec<(&'static str, String)> {
+        self.inner.columns()
+    }
+
     /// What is doubtful about it on these drives.
     fn warnings(&self, drives: Vec<Py<Drive>>) -> PyResult<Vec<String>> {
         let drives: Vec<&leadlag::Drive> = drives.iter().map(|drive| &drive.get().inner).collect();

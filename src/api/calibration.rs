@@ -224,6 +224,12 @@ impl Calibration {
         self.model.to_string()
     }
 
+    /// The parameters of the model, each with its column in the table of a [`crate::Fleet`], such as `("v_0", "v_0_mps")`.
+    #[must_use]
+    pub fn columns(&self) -> Vec<(&'static str, String)> {
+        self.model.parameters().iter().map(|symbol| (symbol.name(), symbol.column())).collect()
+    }
+
     /// Calibrates on a drive.
     ///
     /// # Errors
