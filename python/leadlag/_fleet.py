@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 from collections.abc import Iterator, Mapping, Sequence
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -36,7 +37,8 @@ class Fleet:
 
     ``pairs``, ``models``, ``holdout``, ``progress`` and the options are those of :func:`calibrate_all`, and so are the numbers.
 
-    ``fleet["D03"]`` is the :class:`Fit` of a driver. A driver goes by the id of his trajectory, else the name of his car, else ``"pair 3"``.
+    ``fleet["D03"]`` is the :class:`Fit` of a driver. A driver goes by the id of his trajectory, else the name of his car, else that of
+    his file, or ``"pair 3"`` where several files have one name.
     """
 
     def __init__(
@@ -63,9 +65,8 @@ class Fleet:
             self._text = text_of(pairs)
         reading: Any = {} if self._drives is not None else self._reading
         self._columns = _each_pair(pairs, list(self._models.values()), holdout, progress, self._settings, reading)
-        columns = (self._columns[name] for name in ("trajectory", "name", "pair"))
         #: The driver of each row.
-        self._of_row = [_driver(*whose) for whose in zip(*columns)]
+        self._of_row = _named(*(list(self._columns[name]) for name in ("trajectory", "name", "file", "pair")))
         self._fits: dict[tuple[int, str], _native.Fit] = {}
 
     @property
@@ -192,11 +193,19 @@ class Fleet:
         return drive if samples == len(drive) else drive.split(at=float(drive.time[samples]))[0]
 
 
-def _driver(trajectory: str | None, name: str, pair: int) -> str:
-    """What a driver is called: as on the page of a fleet, but for drives that were given a name."""
-    if trajectory:
-        return trajectory
-    return f"pair {pair}" if name == "follower" else name
+def _named(trajectories: list[str | None], names: list[str], files: list[str], pairs: list[int]) -> list[str]:
+    """What the drivers are called: as on the page of a fleet."""
+    of_stem: dict[str, set[int]] = {}
+    for file, pair in zip(files, pairs):
+        of_stem.setdefault(Path(file).stem, set()).add(pair)
+
+    def driver(trajectory: str | None, name: str, file: str, pair: int) -> str:
+        if trajectory or name != "follower":
+            return trajectory or name
+        stem = Path(file).stem
+        return stem if len(of_stem[stem]) == 1 else f"pair {pair}"
+
+    return [driver(*whose) for whose in zip(trajectories, names, files, pairs)]
 
 
 def compare(fits: Any, on: Any, **reading: Any) -> Any:

@@ -71,7 +71,7 @@ def test_a_fleet_of_a_table_or_of_files(table: Any, folder: Path, tmp_path: Path
         pairs = tmp_path / "pairs.csv"
         table.to_csv(pairs, index=False)
     if kind == "folder":
-        pairs, expected = [folder / "drive1" / f"pair_follower{k}.csv" for k in (1, 2)], ["pair 1", "pair 2"]
+        pairs, expected = [folder / "drive1" / f"pair_follower{k}.csv" for k in (1, 2)], ["pair_follower1", "pair_follower2"]
         del options["columns"]
     fleet = ll.Fleet(pairs, ["idm", "idm+delay"], holdout=0.3, **options, **QUIET)
     assert fleet.drivers == expected and fleet.models == ["idm", "idm+delay"]

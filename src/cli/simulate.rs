@@ -152,7 +152,7 @@ fn read(args: &Args, given: &Path, driver: Option<&str>) -> anyhow::Result<Calib
             );
             return Err(Usage(message).into());
         }
-        let variant = fleet_row::of_driver(&folder, driver)?;
+        let variant = fleet_row::of_driver(&folder, driver, &args.file)?;
         return Ok(Calibrated { path: given.to_owned(), vehicle: None, treatment: None, variant });
     }
     let path = result_file(given)?;

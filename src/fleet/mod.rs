@@ -52,6 +52,8 @@ pub struct Pair {
     pub name: String,
     /// What is calibrated, or why nothing can be.
     pub drive: Result<Drive, String>,
+    /// True where nothing can be because the drive is too short.
+    pub is_short: bool,
     /// What is held back of the same driver, and only scored.
     pub held: Vec<Drive>,
 }

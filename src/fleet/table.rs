@@ -86,6 +86,13 @@ pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &Com
     table.text("findings", doubts.iter().map(|kinds| Some(kinds.as_str()).filter(|kinds| !kinds.is_empty())));
     table.integer("evaluations", found().map(|found| i64::try_from(found?.evaluations).ok()));
     table.text("stop", found().map(|found| Some(found?.stop.as_str())));
+    let status = |row: &Row| match (&row.found, &of(row).drive) {
+        (Ok(_), _) => "ok",
+        (Err(_), Ok(_)) => "infeasible",
+        (Err(_), Err(_)) if of(row).is_short => "short",
+        (Err(_), Err(_)) => "unusable",
+    };
+    table.text("status", rows.iter().map(|row| Some(status(row))));
     table.text("reason", rows.iter().map(|row| row.found.as_ref().err().map(String::as_str)));
     table
 }

@@ -115,6 +115,8 @@ fn every_pair_is_a_row() {
         assert_eq!(row["a_max_mps2"].is_empty(), k % 2 == 1 || k >= 12, "{row:?}");
     }
     assert!(found[12]["reason"].contains("at least 2 s"), "{:?}", found[12]);
+    let status: Vec<&str> = found.iter().step_by(2).map(|row| row["status"].as_str()).collect();
+    assert_eq!(status, ["ok", "ok", "ok", "ok", "ok", "ok", "short", "unusable"], "{:?}", found[14]);
 
     let again = folder.join("two");
     ok(&[&all[..], &[text(&again), "--threads", "3"]].concat());

@@ -103,6 +103,29 @@ fn each_pair_has_a_result_on_demand() {
     ok(&["report", text(&fleet), "--out", text(&fleet.with_file_name("fleet.html"))]);
 }
 
+/// Files of one drive each are what their drivers go by, on the page and in `simulate`.
+#[test]
+fn a_driver_without_a_name_goes_by_his_file() {
+    let folder = scratch("fleet_use", "files");
+    for seed in ["1", "2"] {
+        ok(&["synth", "--out", text(&folder.join(seed)), "--seed", seed, "--duration", "60", "--pairs"]);
+    }
+    let file = |seed: &str, number: u32| folder.join(seed).join(format!("pair_follower{number}.csv"));
+    let (all, out) = ([file("1", 1), file("1", 2), file("2", 3), file("1", 3)], folder.join("fleet"));
+    let words: Vec<&str> = all.iter().map(|path| text(path)).collect();
+    let settings = ["--all", "--model", "idm", "--max-evaluations", "500", "--no-intervals", "--out", text(&out)];
+    ok(&[&["calibrate"][..], &words, &settings].concat());
+    let page = folder.join("page.html");
+    ok(&["report", text(&out), "--out", text(&page)]);
+    let page = fs::read_to_string(page).expect("written");
+    for (name, there) in [("pair_follower1", true), ("pair 3", true), ("pair 4", true), ("pair_follower3", false)] {
+        assert_eq!(page.contains(&format!("<td>{name}</td>")), there, "{name}");
+    }
+    ok(&["simulate", text(&all[1]), "--result", text(&out)]);
+    let (_, said) = fails(&["simulate", text(&all[2]), "--result", text(&out)]);
+    assert!(said.contains("pair_follower1, pair_follower2, pair 3, pair 4"), "{said}");
+}
+
 #[test]
 fn several_drivers_of_a_fleet_are_simulated_at_once() {
     let (fleet, table) = fleet("simulated", &[]);
