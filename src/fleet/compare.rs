@@ -213,9 +213,9 @@ fn behind(own: &[Difference]) -> Option<Behind> {
     Some(Behind::around(mean, (student(pieces - 1.0) * within).max(between)))
 }
 
-/// Of a score, which may be 0 where the fit is perfect.
+/// Of a score, which may be 0 where the fit is perfect; one that is not a number has none.
 fn logarithm(score: f64) -> f64 {
-    score.max(f64::MIN_POSITIVE).ln()
+    score.clamp(f64::MIN_POSITIVE, f64::INFINITY).ln()
 }
 
 /// Marks the model that a reader should take: of those that are not told apart the one with the fewest searched parameters. Where nothing is
@@ -310,8 +310,11 @@ fn tested(
         .map(|(mut tested, measures, added)| {
             let scores: Vec<f64> = measures.iter().map(|measures| gof.of(measures)).collect();
             tested.simulated = mean(&scores).unwrap_or(f64::INFINITY);
-            // What is added holds for small changes of the score; the squares, of which it is the root, add up as they are.
-            tested.own.score += (tested.simulated.powi(2) + 2.0 * tested.simulated * added).sqrt();
+            // What is added holds for small changes of the score; the squares, of which it is the root, add up as they are. Of a run that ends early
+            // the score stays infinite.
+            if tested.own.score.is_finite() {
+                tested.own.score = (tested.simulated.powi(2) + 2.0 * tested.simulated * added).sqrt();
+            }
             let finite = |x: f64| x.is_finite().then_some(x);
             if let Some(mean) = Measures::mean(&measures).filter(|_| tested.own.score.is_finite()) {
                 tested.own.rmse = mean.0.map(|signal| finite(signal.rmse));

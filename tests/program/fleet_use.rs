@@ -77,6 +77,22 @@ fn a_fleet_is_evaluated_on_its_own_drives_and_on_others() {
     assert!(said.contains("platoon elsewhere") && said.contains("--data"), "{said}");
 }
 
+#[test]
+fn changes_to_many_drives_are_shown_on_demand() {
+    let folder = scratch("fleet_use", "verbose");
+    let (table, cases, out) = (folder.join("pairs.csv"), folder.join("cases.csv"), folder.join("scores.csv"));
+    fs::write(&table, HEADER.to_owned() + &drives(0..8, 100)).expect("room");
+    let rows: String = (0..8).map(|id| format!("idm,{id},1,31,2,1.2,1.3,-1.8,4\n")).collect();
+    fs::write(&cases, format!("variant,trajectory,follower,v_0,d_0,t_h,a_max,a_min,delta\n{rows}")).expect("room");
+    let lines = |more: &[&str]| {
+        let words = ["evaluate", text(&cases), "--data", text(&table), "--out", text(&out)];
+        let said = stderr(&succeeds(&[&words[..], more].concat()));
+        (said.contains("more lines about the data: --verbose"), said.lines().count())
+    };
+    let [(is_short, few), (is_whole, all)] = [lines(&[]), lines(&["--verbose"])];
+    assert!(is_short && !is_whole && few < all, "{few} of {all} lines");
+}
+
 /// The result of a pair is what `calibrate` writes of it alone, and several models have a folder each.
 #[test]
 fn each_pair_has_a_result_on_demand() {
@@ -101,6 +117,29 @@ fn each_pair_has_a_result_on_demand() {
     ok(&["report", text(own.parent().expect("a folder")), "--out", text(&fleet.with_file_name("page.html"))]);
     // The fleet is whole beside it.
     ok(&["report", text(&fleet), "--out", text(&fleet.with_file_name("fleet.html"))]);
+}
+
+/// A law that collides on what was held back is behind, however few its parameters are, and is told so.
+#[test]
+fn a_law_that_collides_on_what_was_held_back_is_not_chosen() {
+    let folder = scratch("fleet_use", "collides");
+    let (table, law, out) = (folder.join("pairs.csv"), folder.join("blind.wgsl"), folder.join("fleet"));
+    fs::write(&table, HEADER.to_owned() + &drives(0..4, 400)).expect("room");
+    // It drives into the car ahead after 30 s; 28 s are calibrated on.
+    let text_of_law = "//! Follows for 30 s.\nstruct Parameters {\n    /// gain [1/s], 0.1 to 2\n    k: f32,\n}\n\nfn blind_law(own: Parameters, w: World, x: \
+                       Perceived) -> f32 {\n    return select(own.k * (x.v_l - x.v_f), 5.0, w.t > 30.0);\n}\n";
+    fs::write(&law, text_of_law).expect("room");
+    let words = ["calibrate", text(&table), "--all", "--model", text(&law), "--model", "idm", "--bounds", "human"];
+    let said =
+        ok(&[&words[..], &["--holdout", "0.3", "--max-evaluations", "3000", "--no-intervals", "--out", text(&out)]]
+            .concat());
+    assert!(said.contains("idm follows these drivers best"), "{said}");
+    let file: serde_json::Value =
+        serde_json::from_str(&fs::read_to_string(out.join("fleet.json")).expect("written")).expect("JSON");
+    let of = |key: &str| [0, 1].map(|k| file["overview"][k][key].clone());
+    assert_eq!(of("failed"), [serde_json::json!(4), serde_json::Value::Null], "{file}");
+    assert_eq!(of("chosen"), [false, true].map(serde_json::Value::from));
+    assert_eq!(of("best"), [0, 4].map(serde_json::Value::from));
 }
 
 /// Files of one drive each are what their drivers go by, on the page and in `simulate`.
