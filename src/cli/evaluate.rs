@@ -54,6 +54,9 @@ pub struct Args {
     /// Correct faults of the data where possible
     #[arg(long)]
     correct: bool,
+    /// Show all changes to the data, not only the first ten
+    #[arg(long)]
+    verbose: bool,
     /// Add a column with NRMSE(s,v,a) in f64
     #[arg(long)]
     rescore: bool,
@@ -61,6 +64,9 @@ pub struct Args {
     #[arg(short, long, value_name = "FILE")]
     out: Option<PathBuf>,
 }
+
+/// Changes to the data that are shown unless all are asked for: of many drives they would hide what went wrong.
+const NOTES: usize = 10;
 
 /// Rows that are given deserve all digits, and `lanes` in f64 is fast; how many there will be is not known.
 const WORK: Work = Work { candidates: 1, precision: LanesPrecision::F64 };
@@ -133,7 +139,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     for source in library.sources() {
         eprintln!("used {} sha256 {}", source.path, source.sha256);
     }
-    library.notes().iter().for_each(|note| eprintln!("{note}"));
+    let (notes, shown) = (library.notes(), if args.verbose { usize::MAX } else { NOTES });
+    notes.iter().take(shown).for_each(|note| eprintln!("{note}"));
+    if notes.len() > shown {
+        eprintln!("{} more lines about the data: --verbose", notes.len() - shown);
+    }
     library.faults().iter().for_each(|fault| evaluator::warn(fault));
     // What an interrupted run has written is complete up to there, and worth keeping.
     if let (Some(file), Some(out)) = (written, &args.out)

@@ -221,7 +221,7 @@ fn found(exactly: Option<Exactly<'_>>, task: &Task, replicate: Replicate) -> Res
     let finite = |x: f64| x.is_finite().then_some(x);
     let signals = measures
         .map_or([[None; 2]; 3], |measures| measures.0.map(|signal| [finite(signal.rmse), finite(signal.nrmse)]));
-    let known = exactly.map(|exactly| identify_on(exactly, &task.space, &candidate)).transpose()?;
+    let known = exactly.map(|exactly| identify_on(exactly, &task.space, &candidate, &mut || false)).transpose()?;
     let optimism = known.as_ref().and_then(|known| known.optimism);
     let intervals = known.map(|known| {
         let of =

@@ -50,13 +50,9 @@ pub(super) fn run(
     let begun: Vec<Option<Ended>> = tasks.par_iter().map(begin).collect::<Result<_, _>>()?;
     let is_open = |i: &usize| !matches!(begun[*i], Some(Ended::Found(_)));
     let mut going: Vec<usize> = (0..tasks.len()).filter(is_open).collect();
-    // Whoever has stopped the searches waits for no others, but for one where nothing was found yet.
+    // Whoever has stopped the searches waits for no others.
     if told.lock().unwrap_or_else(std::sync::PoisonError::into_inner).1 {
-        let has_result = |begun: &Option<Ended>| match begun {
-            Some(Ended::Found(replicate) | Ended::Open(replicate)) => replicate.score.is_finite(),
-            None => false,
-        };
-        going.truncate(usize::from(!begun.iter().any(has_result)));
+        going.clear();
     }
     let search = |i: &usize| {
         let (task, mut settings) = (&tasks[*i], *settings);
