@@ -184,7 +184,8 @@ def calibrate(drive: Any, model: ModelLike, *, progress: bool = True, **options:
     - ``intervals``: whether 95 % intervals are estimated (True);
     - ``device``: ``"auto"``, ``"lanes"`` (the CPU), ``"gpu"`` or ``"reference"``; ``precision``: ``"plain"``, ``"compensated"`` or ``"f64"``.
 
-    Ctrl-C ends the search: what was found so far is returned, without intervals, with a warning. A second Ctrl-C ends the call at once.
+    Ctrl-C ends the search: what was found so far is returned, without intervals, with a warning; where nothing was, it raises
+    KeyboardInterrupt. A second Ctrl-C ends the call at once.
 
     Raises :class:`leadlag.UsageError` for settings that cannot be, :class:`leadlag.Error` where no candidate is feasible.
     """
