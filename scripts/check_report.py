@@ -7,17 +7,21 @@ status is 1 if there was one.
 """
 
 import argparse
+import csv
 import json
 import shutil
 import sys
 import time
 from pathlib import Path
+from xml.etree import ElementTree
 
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Page, sync_playwright
 
 WIDTHS = (1440, 360)
 SCHEMES = ("light", "dark")
+# Chromium asks the user about more downloads of one page.
+DOWNLOADS = 8
 # One report must fit into a mail.
 LARGEST = 5_000_000
 AXE = ["wcag2a", "wcag2aa", "wcag21a", "wcag21aa", "best-practice"]
@@ -249,6 +253,33 @@ class Report:
         saved = json.loads(Path(download.value.path()).read_text())
         self.expect(saved == carried, "the saved JSON is not the one it carries")
 
+    def saves(self) -> None:
+        """Every picture, chart and table is saved as what its button says."""
+        for number in range(len(self.page.query_selector_all(".files button"))):
+            if number % DOWNLOADS == 0:
+                self.page.reload()
+            button = self.page.query_selector_all(".files button")[number]
+            kind = button.text_content()
+            what = button.get_attribute("aria-label")
+            with self.page.expect_download() as download:
+                button.click()
+            content = Path(download.value.path()).read_bytes()
+            self.expect(download.value.suggested_filename.endswith(f".{kind.lower()}"), f"{what}: is called {download.value.suggested_filename}")
+            if kind == "SVG":
+                root = ElementTree.fromstring(content)
+                self.expect(root.tag.endswith("}svg") and len(root) > 1, f"{what}: the picture is empty")
+            elif kind == "PNG":
+                self.expect(content.startswith(b"\x89PNG") and len(content) > 2000, f"{what}: {len(content)} bytes are no picture")
+            else:
+                rows = list(csv.reader(content.decode().splitlines()))
+                self.expect(len(rows) > 1 and len({len(row) for row in rows}) == 1, f"{what}: rows of different lengths, or none")
+        tables = len(self.page.query_selector_all(".table table"))
+        offered = len(self.page.query_selector_all("caption .files button"))
+        self.expect(offered == tables, f"{offered} of {tables} tables can be saved")
+        figures = len(self.page.query_selector_all("figure > .chart, figure > .svg"))
+        offered = len(self.page.query_selector_all("figure > .files button"))
+        self.expect(offered == 2 * figures, f"{offered} buttons under {figures} charts and pictures, expected two each")
+
     def accessible(self, axe: Axe, options: dict) -> None:
         for violation in axe.run(self.page, options=options).response["violations"]:
             nodes = violation["nodes"]
@@ -305,6 +336,7 @@ def check(browser, axe: Axe, path: Path, twin: Path | None, screenshots: Path | 
                 report.filters()
                 report.tells()
                 report.twin(twin)
+                report.saves()
                 report.prints()
             report.context.close()
             findings += report.findings

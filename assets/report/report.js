@@ -77,7 +77,7 @@
       select.selectedIndex = kept;
       select.parentElement.hidden = names.length < 2;
     };
-    const own = { plots: [] };
+    const own = { plots: [], shown: () => mine[drive.selectedIndex] };
     // What can be chosen of a chart: signals together, where there are enough, and each by itself.
     const choices = (chart) => {
       const sets = [];
@@ -167,6 +167,76 @@
     body.append(...rows);
   }));
 
+  function save(name, blob) {
+    const link = document.createElement("a");
+    link.href = URL.createObjectURL(blob);
+    link.download = name;
+    link.click();
+    // A browser may begin to read it after the click.
+    setTimeout(() => URL.revokeObjectURL(link.href), 10000);
+  }
+
+  // Buttons that save a picture, chart or table; `files` has a function per ending, which makes the content or a promise of it.
+  function offer(place, title, files) {
+    const bar = document.createElement("span");
+    bar.className = "files";
+    Object.entries(files).forEach(([ending, content]) => {
+      const button = document.createElement("button");
+      button.type = "button";
+      button.textContent = ending.toUpperCase();
+      button.setAttribute("aria-label", `save as ${button.textContent}: ${title}`);
+      const name = title.toLowerCase().replace(/[^a-z0-9]+/g, "_").replace(/^_|_$/g, "") || "picture";
+      button.addEventListener("click", async () => save(`${name}.${ending}`, new Blob([await content()])));
+      bar.append(button);
+    });
+    place.append(bar);
+  }
+  const csv = (rows) => rows.map((row) => row.map((cell) => (/[",\n]/.test(cell) ? `"${String(cell).replaceAll('"', '""')}"` : cell ?? "")).join(",") + "\n").join("");
+  const png = (canvas) => new Promise((done) => canvas.toBlob(done));
+  // A canvas of this size on paper, for saved pictures are put into documents.
+  function paper(width, height) {
+    const canvas = Object.assign(document.createElement("canvas"), { width, height });
+    const context = canvas.getContext("2d");
+    context.fillStyle = colour("paper");
+    context.fillRect(0, 0, width, height);
+    return [canvas, context];
+  }
+  document.querySelectorAll("figure > .svg").forEach((box) => {
+    const picture = box.querySelector("svg");
+    const text = () => new XMLSerializer().serializeToString(picture);
+    // Twice the size, so that it is sharp in print.
+    const drawn = async () => {
+      const image = new Image();
+      image.src = "data:image/svg+xml," + encodeURIComponent(text());
+      await image.decode();
+      const { width, height } = picture.viewBox.baseVal;
+      const [canvas, context] = paper(2 * width, 2 * height);
+      context.drawImage(image, 0, 0, canvas.width, canvas.height);
+      return png(canvas);
+    };
+    offer(box.parentElement, box.getAttribute("aria-label"), { svg: text, png: drawn });
+  });
+  places.forEach((place, i) => {
+    const own = figures[i];
+    const drawn = () => {
+      const parts = own.plots.map((plot) => plot.ctx.canvas);
+      const [canvas, context] = paper(Math.max(...parts.map((part) => part.width)), parts.reduce((sum, part) => sum + part.height, 0));
+      let top = 0;
+      parts.forEach((part) => { context.drawImage(part, 0, top); top += part.height; });
+      return png(canvas);
+    };
+    const values = () => {
+      const { x_label: time, x, panels } = own.shown();
+      const lines = panels.flatMap((panel) => panel.lines.map((line) => [`${panel.label}: ${line.name}`, line.values]));
+      return csv([[time, ...lines.map(([name]) => name)], ...x.map((at, row) => [at, ...lines.map(([, of]) => of[row])])]);
+    };
+    offer(place.parentElement, place.getAttribute("aria-label"), { png: drawn, csv: values });
+  });
+  document.querySelectorAll(".table table").forEach((table) => {
+    const cells = (row) => [...row.cells].map((cell) => cell.textContent);
+    offer(table.caption, table.caption.textContent, { csv: () => csv([...table.rows].map(cells)) });
+  });
+
   // Long tables show only the rows that have all the words asked for, and none with a minus before it.
   document.querySelectorAll(".table.long").forEach((box) => {
     const table = box.querySelector("table");
@@ -217,12 +287,6 @@
     part.addEventListener("pointerleave", () => { tip.hidden = true; });
   });
 
-  document.getElementById("save").addEventListener("click", () => {
-    const text = document.getElementById("result").textContent;
-    const link = document.createElement("a");
-    link.href = URL.createObjectURL(new Blob([text], { type: "application/json" }));
-    link.download = "result.json";
-    link.click();
-    URL.revokeObjectURL(link.href);
-  });
+  document.getElementById("save").addEventListener("click", () =>
+    save("result.json", new Blob([document.getElementById("result").textContent], { type: "application/json" })));
 })();

@@ -26,6 +26,7 @@ from ._api import (
     calibrate_all,
     diagnose,
 )
+from ._fleet import Fleet, compare
 from ._native import Error, Findings, Fit, Simulation, UsageError, __version__, read, synthetic
 
 __all__ = [
@@ -34,12 +35,14 @@ __all__ = [
     "Evaluator",
     "Findings",
     "Fit",
+    "Fleet",
     "Model",
     "Simulation",
     "UsageError",
     "__version__",
     "calibrate",
     "calibrate_all",
+    "compare",
     "diagnose",
     "read",
     "synthetic",

@@ -157,13 +157,13 @@ def _several(models: ModelLike | Sequence[ModelLike]) -> list[Model]:
     return [model if isinstance(model, Model) else Model(model) for model in several]
 
 
-def _interrupted(exception: BaseException | None, what: str) -> None:
-    """Raises the error that stopped the work; Ctrl-C is a warning, because there is a result."""
+def _interrupted(exception: BaseException | None, what: str, level: int = 3) -> None:
+    """Raises the error that stopped the work; Ctrl-C is a warning, because there is a result. ``level``: frames to the line of the user."""
     if exception is None:
         return
     if not isinstance(exception, KeyboardInterrupt):
         raise exception
-    warnings.warn(f"interrupted: {what}", stacklevel=3)
+    warnings.warn(f"interrupted: {what}", stacklevel=level)
 
 
 def calibrate(drive: Any, model: ModelLike, *, progress: bool = True, **options: Unpack[Options]) -> _native.Fit:
@@ -184,7 +184,8 @@ def calibrate(drive: Any, model: ModelLike, *, progress: bool = True, **options:
     - ``intervals``: whether 95 % intervals are estimated (True);
     - ``device``: ``"auto"``, ``"lanes"`` (the CPU), ``"gpu"`` or ``"reference"``; ``precision``: ``"plain"``, ``"compensated"`` or ``"f64"``.
 
-    Ctrl-C ends the search and returns the result so far, without intervals, with a warning. A second Ctrl-C ends the call at once.
+    Ctrl-C ends the search and returns the result so far, without intervals, with a warning; without any result it raises
+    KeyboardInterrupt. A second Ctrl-C ends the call at once.
 
     Raises :class:`leadlag.UsageError` for invalid settings, :class:`leadlag.Error` where no candidate is feasible.
     """
@@ -222,7 +223,19 @@ def calibrate_all(
     of their intervals, and in ``reason`` why a pair has none. Ctrl-C returns the rows that are there, with a warning.
     """
     settings, reading = _chosen(options, SETTINGS, _native.READING)
-    each = [_settings(model, settings) for model in _several(models)]
+    return table_like(_each_pair(pairs, _several(models), holdout, progress, settings, reading), pairs)
+
+
+def _each_pair(
+    pairs: Any,
+    models: list[Model],
+    holdout: float | None,
+    progress: bool,
+    settings: Any,
+    reading: Any,
+) -> dict[str, Any]:
+    """The columns of the table of all pairs; called by what a user calls."""
+    each = [_settings(model, settings) for model in models]
     doubts: list[str] = []
     with Bar("calibrations", progress) as tell:
         if _are_drives(pairs):
@@ -235,9 +248,9 @@ def calibrate_all(
         else:
             found = _native.calibrate_files([], text_of(pairs), each, reading, tell, holdout)
     columns, told, interrupted = found
-    _tell([*doubts, *told], 2)
-    _interrupted(interrupted, "these are the rows that are there")
-    return table_like(columns, pairs)
+    _tell([*doubts, *told], 3)
+    _interrupted(interrupted, "these are the rows that are there", 4)
+    return columns
 
 
 def _are_drives(pairs: Any) -> bool:

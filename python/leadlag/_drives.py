@@ -56,17 +56,20 @@ def one(given: Any, reading: Mapping[str, Any] | None = None) -> Drive:
         if options:
             raise read_already(options)
         return given
-    again = getattr(_native, "_again")
-    follower = options.pop("follower", None)
-    follower = None if follower is None else str(follower)
     if isinstance(given, (str, os.PathLike)):
-        found: Drive = again(os.fspath(given), None, follower, options)
-        return found
+        return read(os.fspath(given), None, options)
     if not is_one(given):
         expected = "a leadlag.Drive, a path, a table of pandas, Polars or Arrow, or a mapping of arrays"
         raise TypeError(f"expected {expected}, found {type(given).__name__}")
-    found = again(text_of(given), options.get("name") or "table", follower, options)
-    return found
+    return read(text_of(given), options.get("name") or "table", options)
+
+
+def read(source: str | bytes, name: str | None, options: Mapping[str, Any]) -> Drive:
+    """The drive of a file, or of the text of a table, for whose file ``name`` stands; without a warning."""
+    others = {option: value for option, value in options.items() if option != "follower"}
+    follower = options.get("follower")
+    drive: Drive = getattr(_native, "_again")(source, name, None if follower is None else str(follower), others)
+    return drive
 
 
 def many(given: Any, reading: Mapping[str, Any] | None = None) -> tuple[list[Drive], list[str]]:

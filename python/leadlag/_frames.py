@@ -135,6 +135,18 @@ def drive_frame(drive: _native.Drive) -> Any:
     )
 
 
+#: Units of the columns of signals, by their endings.
+ENDINGS = {"_s": "s", "_m": "m", "_mps": "m/s", "_mps2": "m/s2"}
+
+
+def dataset(frame: Any) -> Any:
+    """Columns of signals over time, as xarray has them."""
+    made = frame.set_index("time_s").to_xarray()
+    for name in made.variables:
+        made[name].attrs["units"] = next(unit for ending, unit in ENDINGS.items() if str(name).endswith(ending))
+    return made
+
+
 def simulation_frame(simulation: _native.Simulation) -> Any:
     """The table of a simulation, as pandas has it."""
     import pandas

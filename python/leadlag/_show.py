@@ -106,3 +106,24 @@ def plot(fit: _native.Fit) -> Any:
         axes[2][column].set_xlabel("time [s]")
     axes[0][0].legend()
     return figure
+
+
+def forest(drivers: list[str], parameters: dict[str, tuple[Any, Any, Any]], title: str) -> Any:
+    """A panel per parameter with a row per driver: value and ends of the interval; a matplotlib figure."""
+    import matplotlib.pyplot as plt
+    import numpy as np
+
+    size = (2.2 * max(len(parameters), 1), 1.2 + 0.2 * len(drivers))
+    figure, axes = plt.subplots(1, max(len(parameters), 1), sharey=True, squeeze=False, figsize=size, layout="constrained")
+    rows = np.arange(len(drivers))
+    for axis, (name, of) in zip(axes[0], parameters.items()):
+        value, low, high = (np.asarray(each, float) for each in of)
+        known = np.isfinite(low) & np.isfinite(high)
+        axis.hlines(rows[known], low[known], high[known], color="#0072b2", linewidth=1.5)
+        axis.plot(value[known], rows[known], "o", color="#0072b2", markersize=4)
+        axis.plot(value[~known], rows[~known], "o", color="#0072b2", markersize=4, fillstyle="none")
+        axis.set_xlabel(name)
+    axes[0][0].set_yticks(rows, drivers)
+    axes[0][0].invert_yaxis()
+    figure.suptitle(title)
+    return figure

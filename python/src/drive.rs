@@ -246,6 +246,11 @@ impl Drive {
         slf.py().import("leadlag._frames")?.call_method1("drive_frame", (slf,))
     }
 
+    /// The same signals as an xarray Dataset over `time_s`, with units in `attrs`.
+    fn to_xarray<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("leadlag._frames")?.call_method1("dataset", (slf.call_method0("to_pandas")?,))
+    }
+
     /// Spacing and both speeds over time, drawn by matplotlib; returns the figure.
     fn plot<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("leadlag._show")?.call_method1("drive_plot", (slf,))

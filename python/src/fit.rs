@@ -246,4 +246,9 @@ impl Simulation {
     fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("leadlag._frames")?.call_method1("simulation_frame", (slf,))
     }
+
+    /// The same as an xarray Dataset over `time_s`, with units in `attrs`.
+    fn to_xarray<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
+        slf.py().import("leadlag._frames")?.call_method1("dataset", (slf.call_method0("to_pandas")?,))
+    }
 }

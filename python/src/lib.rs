@@ -117,6 +117,7 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add("Error", module.py().get_type::<Error>())?;
     module.add("UsageError", module.py().get_type::<UsageError>())?;
     module.add("READING", reading::OPTIONS)?;
+    module.add("EVALUATIONS_PER_PARAMETER", leadlag::internal::fleet::EVALUATIONS_PER_PARAMETER)?;
     module.add("PROGRAM", leadlag::program())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))
 }

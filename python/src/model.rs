@@ -137,7 +137,13 @@ impl Calibration {
         self.inner.model()
     }
 
-    /// Warnings about it on these drives.
+    /// The parameters of the model, each with its column in the table of a fleet.
+    #[getter]
+    fn columns(&self) -> Vec<(&'static str, String)> {
+        self.inner.columns()
+    }
+
+    /// What is doubtful about it on these drives.
     fn warnings(&self, drives: Vec<Py<Drive>>) -> PyResult<Vec<String>> {
         let drives: Vec<&leadlag::Drive> = drives.iter().map(|drive| &drive.get().inner).collect();
         let said = self.inner.warnings(&drives).map_err(raised)?;

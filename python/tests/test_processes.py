@@ -135,6 +135,26 @@ def test_ctrl_c_ends_what_cannot_be_stopped(long: ll.Drive, tmp_path: Path) -> N
 
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+@pytest.mark.parametrize(
+    "options", [{}, {"optimizer": "ga"}, {"device": "reference", "replicates": 20}], ids=["auto", "ga", "reference"]
+)
+def test_ctrl_c_ends_one_of_a_thousand_replicates(long: ll.Drive, options: dict[str, Any]) -> None:
+    def calibrate() -> None:
+        with pytest.warns(UserWarning, match="interrupted"):
+            assert ll.calibrate(long, "idm", progress=False, **{"replicates": 1000, **options}).score > 0
+        raise KeyboardInterrupt
+
+    assert seconds_after_ctrl_c(calibrate) < 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
+def test_ctrl_c_ends_what_goes_before_a_joint_search() -> None:
+    # Whether they are of one driver takes as long as many searches; nothing is found by then.
+    drives = [ll.synthetic(seed=seed, duration=600) for seed in range(1, 11)]
+    assert seconds_after_ctrl_c(lambda: ll.calibrate(drives, "idm", progress=False), 1) < 1
+
+
+@pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_parts_of_a_population_change_nothing(long: ll.Drive) -> None:
     evaluator = ll.Evaluator(long, "idm")
     many = evaluator.lower + np.random.default_rng(1).random((700, 6)) * (evaluator.upper - evaluator.lower)

@@ -8,7 +8,7 @@ use super::fit::Fit;
 use super::once::once;
 use super::reading::Loaded;
 use crate::calibrate::{
-    self, Apart, BoundSet, OptimizerKind, Overrides, Progress, SearchSpace, apart, best, bound_times, calibrate,
+    self, Apart, BoundSet, OptimizerKind, Overrides, Progress, SearchSpace, apart_until, best, bound_times, calibrate,
 };
 use crate::catalog::Variant;
 use crate::convention::Convention;
@@ -24,6 +24,7 @@ use crate::select::{Selection, Work};
 use crate::trajectory::Trajectory;
 use crate::wgsl::read_extension;
 use std::ops::ControlFlow;
+use std::sync::{Mutex, PoisonError};
 
 /// A calibration to be made. Every setting has a default; the same settings find the same parameters, to the bit, on any number of threads.
 ///
@@ -224,6 +225,12 @@ impl Calibration {
         self.model.to_string()
     }
 
+    /// The parameters of the model, each with its column in the table of a [`crate::Fleet`], such as `("v_0", "v_0_mps")`.
+    #[must_use]
+    pub fn columns(&self) -> Vec<(&'static str, String)> {
+        self.model.parameters().iter().map(|symbol| (symbol.name(), symbol.column())).collect()
+    }
+
     /// Calibrates on a drive.
     ///
     /// # Errors
@@ -249,10 +256,17 @@ impl Calibration {
         once(loaded.iter().map(|one| &one.trajectory))?;
         let prepared = self.prepare(&loaded)?;
         let mut evaluator = self.build(&prepared.reference)?;
-        let apart = self.apart(&prepared, &loaded)?;
-        let mut result = self.search(evaluator.as_mut(), &prepared, &loaded, progress)?;
+        // Work beside the search is stopped as the search is, and tells of no progress of its own.
+        let mut last = Progress { replicate: 0, evaluations: 0, best: None };
+        let asked = Mutex::new(&mut *progress);
+        let stop = || asked.lock().unwrap_or_else(PoisonError::into_inner)(last).is_break();
+        let apart = self.apart(&prepared, &loaded, &stop)?;
+        let mut result = self.search(evaluator.as_mut(), &prepared, &loaded, &mut |told| {
+            last = told;
+            progress(told)
+        })?;
         result.drivers = apart;
-        result.compared = self.compared(&loaded, &mut |_| ControlFlow::Continue(()));
+        result.compared = self.compared(&loaded, &mut |_| progress(last));
         Ok(Fit::of(result)?)
     }
 
@@ -354,11 +368,16 @@ impl Calibration {
         Ok(self.selection.build(cases, self.gof, work, self.warn)?)
     }
 
-    /// Warning that the drives probably have several drivers, in words.
-    pub(crate) fn apart(&self, prepared: &Prepared, loaded: &[Loaded]) -> anyhow::Result<Option<String>> {
+    /// That the drives are hardly of one driver, in words.
+    pub(crate) fn apart(
+        &self,
+        prepared: &Prepared,
+        loaded: &[Loaded],
+        stop: &(dyn Fn() -> bool + Sync),
+    ) -> anyhow::Result<Option<String>> {
         let Prepared { space, reference } = prepared;
         let labels: Vec<&str> = loaded.iter().map(|l| l.trajectory.label.as_str()).collect();
-        let found: Option<Apart> = apart(reference.cases(), space, self.search.seed)?;
+        let found: Option<Apart> = apart_until(reference.cases(), space, self.search.seed, stop)?;
         Ok(found.map(|apart| apart.told(space, &labels)))
     }
 
@@ -379,7 +398,16 @@ impl Calibration {
         let calibration = Calibration { intervals: false, search, ..self.clone() };
         let prepared = calibration.prepare(&others).ok()?;
         let mut evaluator = calibration.build(&prepared.reference).ok()?;
-        let found = calibration.search(evaluator.as_mut(), &prepared, &others, progress).ok()?;
+        let mut stopped = progress(Progress { replicate: 0, evaluations: 0, best: None }).is_break();
+        if stopped {
+            return None;
+        }
+        let found = calibration.search(evaluator.as_mut(), &prepared, &others, &mut |told| {
+            let flow = progress(told);
+            stopped |= flow.is_break();
+            flow
+        });
+        let found = found.ok().filter(|_| !stopped)?;
         let corrected = twin.findings().any(|finding| finding.correction.is_some());
         Some(ComparedEntry { corrected, parameters: found.parameters })
     }
@@ -393,10 +421,11 @@ impl Calibration {
         progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
     ) -> anyhow::Result<ResultFile> {
         let Prepared { space, reference } = prepared;
-        let mut stopped = false;
+        let (mut stopped, mut last) = (false, None);
         let replicates = calibrate(evaluator, space, &self.search, &mut |told| {
             let flow = progress(told);
             stopped |= flow.is_break();
+            last = Some(told);
             flow
         })?;
         let Some(winner) = best(&replicates).filter(|winner| winner.score.is_finite()) else {
@@ -405,7 +434,12 @@ impl Calibration {
             return Err(anyhow::anyhow!(message));
         };
         let wanted = self.intervals && !space.free().is_empty() && !stopped;
-        let knowledge = if wanted { Some(identify(evaluator, space, &winner.candidate)?) } else { None };
+        let mut stop = || {
+            stopped |= last.is_some_and(|told| progress(told).is_break());
+            stopped
+        };
+        let knowledge = wanted.then(|| identify(evaluator, space, &winner.candidate, &mut stop)).transpose()?;
+        let knowledge = knowledge.filter(|_| !stopped);
         let trajectories: Vec<&Trajectory> = loaded.iter().map(|l| &l.trajectory).collect();
         let calibrated = Calibrated {
             evaluator,

@@ -10,6 +10,7 @@ use crate::fleet::{self, Held, Journal, Model, Pair, Settings};
 use crate::score::GoodnessOfFit;
 use crate::study::fingerprint;
 use crate::study::table::Table;
+use crate::trajectory::PrepareError;
 use crate::trajectory::import::is_companion;
 use crate::trajectory::soundness::FindingKind;
 use anyhow::Context;
@@ -65,6 +66,7 @@ impl Pairs {
                 follower: trajectory.follower,
                 name: trajectory.name.clone(),
                 drive: Ok(fleet::Drive { trajectory, vehicle }),
+                is_short: false,
                 held: Vec::new(),
             }
         };
@@ -179,6 +181,9 @@ impl Pairs {
     ) -> anyhow::Result<()> {
         let file = input.shown();
         for one in reading.pairs(input, follower, vehicle)? {
+            let is_short = one.drive.as_ref().is_err_and(|error| {
+                matches!(error.downcast_ref(), Some(PrepareError::TooShort { .. } | PrepareError::Short { .. }))
+            });
             let drive = match one.drive {
                 Ok(l) => Ok(fleet::Drive { trajectory: l.trajectory, vehicle: l.vehicle.map(|(vehicle, _)| vehicle) }),
                 Err(error) => Err(format!("{error:#}")),
@@ -189,6 +194,7 @@ impl Pairs {
                 follower: one.follower,
                 name: one.name,
                 drive,
+                is_short,
                 held: Vec::new(),
             });
         }

@@ -1,11 +1,12 @@
 //! `leadlag evaluate`: scores of parameter vectors in rows.
 
 use super::calibrate::progress::rate;
+use super::data::columns_help;
 use super::evaluator::EvaluatorArgs;
 use super::lines::Lines;
-use super::{evaluator, interrupt, output};
+use super::{evaluator, fleet_row, interrupt, output};
 use crate::api::bounds::read_bounds;
-use crate::api::reading::read_grade;
+use crate::api::reading::{column_map, read_grade};
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluate::{DataLayout, Library, Settings, TableError, evaluate_table};
@@ -24,22 +25,24 @@ use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Table with the columns model_id (or variant), platoon, follower_position and the parameters by name
-    #[arg(value_name = "CASES.csv")]
+    /// Table with the columns model_id (or variant), platoon, follower_position and the parameters by name; or the folder of a fleet
+    #[arg(value_name = "CASES.csv|FLEET")]
     cases: PathBuf,
-    /// Folder of the platoon files
-    #[arg(long, value_name = "DIR")]
-    data: PathBuf,
+    /// Folder of the platoon files, or one file for all rows [default for a fleet: the files it names]
+    #[arg(long, value_name = "DIR|FILE")]
+    data: Option<PathBuf>,
+    #[arg(long, value_name = "NAME|FILE.toml", help = columns_help())]
+    columns: Option<String>,
     /// Which copy of the AstaZero platoons is searched in DIR
     #[arg(long, value_enum, default_value_t = LayoutArg::Processed)]
     layout: LayoutArg,
-    /// paper or authors, with single rows changed behind a comma: authors,road_load=si
-    #[arg(long, default_value = "paper")]
-    convention: Convention,
+    /// paper or authors, with single rows changed behind a comma: authors,road_load=si [default: that of the fleet, else paper]
+    #[arg(long)]
+    convention: Option<Convention>,
     #[command(flatten)]
     evaluator: EvaluatorArgs,
     /// Bounds, as of calibrate, whose upper bound of tau_p fixes the scored window of variants with delay
-    /// [default: 0.8 s, Table 3]
+    /// [default: those of the fleet, else 0.8 s, Table 3]
     #[arg(long, value_name = "acc|human|FILE.toml")]
     bounds: Vec<String>,
     /// Grade table for files that have none beside them, or `level`
@@ -51,6 +54,9 @@ pub struct Args {
     /// Correct faults of the data where possible
     #[arg(long)]
     correct: bool,
+    /// Show all changes to the data, not only the first ten
+    #[arg(long)]
+    verbose: bool,
     /// Add a column with NRMSE(s,v,a) in f64
     #[arg(long)]
     rescore: bool,
@@ -59,7 +65,10 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-/// Given rows deserve all digits, and `lanes` in f64 is fast; the number of rows is not known before.
+/// Changes to the data that are shown unless all are asked for: of many drives they would hide what went wrong.
+const NOTES: usize = 10;
+
+/// Rows that are given deserve all digits, and `lanes` in f64 is fast; how many there will be is not known.
 const WORK: Work = Work { candidates: 1, precision: LanesPrecision::F64 };
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -75,19 +84,30 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     // Any with a perception delay.
     let any: Variant = "idm+delay".parse()?;
     let overrides = read_bounds(&args.bounds, &any)?;
-    let table = Case::bounds(Symbol::tau_p, None, args.convention).context("Table 3 bounds tau_p")?;
-    let [_, tau_p_upper] = overrides.get(Symbol::tau_p.name()).copied().unwrap_or(table);
-    let settings = Settings { convention: args.convention, tau_p_upper, rescore: args.rescore };
+    let fleet = fleet_row::folder_of(&args.cases);
+    let (cases, of_fleet) = match &fleet {
+        Some(folder) => (folder.join(fleet_row::TABLE), Some(fleet_row::file_of(folder)?)),
+        None => (args.cases.clone(), None),
+    };
+    let own = of_fleet.as_ref().map(|file| file.convention.parse()).transpose()?;
+    let convention = args.convention.or(own).unwrap_or(Convention::PAPER);
+    let name = Symbol::tau_p.name();
+    // All models of a fleet have the same bounds.
+    let own = of_fleet.iter().flat_map(|file| file.bounds.values()).find_map(|bounds| bounds.get(name)).copied();
+    let table = Case::bounds(Symbol::tau_p, None, convention).context("Table 3 bounds tau_p")?;
+    let [_, tau_p_upper] = overrides.get(name).copied().or(own).unwrap_or(table);
+    let settings = Settings { convention, tau_p_upper, rescore: args.rescore };
     let layout = match args.layout {
         LayoutArg::Processed => DataLayout::Processed,
         LayoutArg::Rebuilt => DataLayout::Rebuilt,
     };
     let grade = args.grade.as_deref().map(read_grade).transpose()?;
     let preparation = Preparation { grade, smooth: args.smooth, correct: args.correct, ..Preparation::default() };
-    let mut library = Library::open(&args.data, layout, preparation)?;
-    let shown = args.cases.display().to_string();
-    let input = File::open(&args.cases).with_context(|| format!("{shown}: cannot open the cases"))?;
-    // It takes its place when it is complete, because it may be the input file.
+    let columns = args.columns.as_deref().map(column_map).transpose()?;
+    let mut library = Library::open(args.data.as_deref(), layout, columns, preparation)?;
+    let shown = cases.display().to_string();
+    let input = File::open(&cases).with_context(|| format!("{shown}: cannot open the cases"))?;
+    // It takes its place when it is complete: it may be the very file that is read.
     let mut written = args.out.as_deref().map(output::begin_file).transpose()?;
     let output: Box<dyn Write + '_> = match &mut written {
         Some(file) => Box::new(BufWriter::new(file)),
@@ -119,7 +139,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     for source in library.sources() {
         eprintln!("used {} sha256 {}", source.path, source.sha256);
     }
-    library.notes().iter().for_each(|note| eprintln!("{note}"));
+    let (notes, shown) = (library.notes(), if args.verbose { usize::MAX } else { NOTES });
+    notes.iter().take(shown).for_each(|note| eprintln!("{note}"));
+    if notes.len() > shown {
+        eprintln!("{} more lines about the data: --verbose", notes.len() - shown);
+    }
     library.faults().iter().for_each(|fault| evaluator::warn(fault));
     // The rows of an interrupted run are complete and worth keeping.
     if let (Some(file), Some(out)) = (written, &args.out)
@@ -138,7 +162,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         summary.failed,
         summary.invalid,
         if used.is_empty() { "none".to_owned() } else { used.join(", ") },
-        args.convention
+        convention
     );
     if summary.with_unused > 0 {
         let names: Vec<&str> = summary.unused.iter().copied().collect();

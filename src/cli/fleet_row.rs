@@ -15,29 +15,40 @@ use crate::wgsl::extension_named;
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 
-/// Largest number of drivers in a message.
+/// The table of a fleet.
+pub const TABLE: &str = "parameters.csv";
+
+/// So many drivers are named in a message.
 const NAMED: usize = 5;
 
 /// The folder of a fleet, if a given result is one: the folder itself, its table or its `fleet.json`.
 pub fn folder_of(given: &Path) -> Option<PathBuf> {
-    let is_file = given.file_name().is_some_and(|name| name == FLEET || name == "parameters.csv");
+    let is_file = given.file_name().is_some_and(|name| name == FLEET || name == TABLE);
     let folder = if given.is_dir() { given } else { given.parent().filter(|_| is_file)? };
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     folder.join(FLEET).is_file().then(|| folder.to_owned())
 }
 
-/// The calibration of a driver: the only one, or the one of this id, with the model that the fleet has chosen.
-pub fn of_driver(folder: &Path, driver: Option<&str>) -> anyhow::Result<CalibratedVariant> {
+/// What a fleet says of itself.
+pub fn file_of(folder: &Path) -> anyhow::Result<FleetFile> {
     settle(folder)?;
     let path = folder.join(FLEET);
-    let file: FleetFile = serde_json::from_str(&read_bounded(&path)?)
-        .with_context(|| format!("{}: expected a fleet of this version of leadlag", path.display()))?;
+    serde_json::from_str(&read_bounded(&path)?)
+        .with_context(|| format!("{}: expected a fleet of this version of leadlag", path.display()))
+}
+
+/// What was calibrated for a driver: the one of this id, else the one who goes by this file, else the only one; with the model that the fleet has
+/// chosen.
+pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::Result<CalibratedVariant> {
+    let (file, path) = (file_of(folder)?, folder.join(FLEET));
     let own = file.chosen().with_context(|| format!("{}: expected a model, found none", path.display()))?;
-    let table = folder.join("parameters.csv");
+    let table = folder.join(TABLE);
     let shown = table.display();
     let is_own = |row: &Shown| row.model == own.model && row.gof == own.gof && row.score.is_finite();
     let all: Vec<Shown> = rows(&table, &file)?.into_iter().filter(is_own).collect();
-    let found: Vec<&Shown> = all.iter().filter(|row| driver.is_none_or(|id| row.name == id)).collect();
+    let stem = drive.file_stem().and_then(|stem| stem.to_str());
+    let by_file = stem.filter(|stem| all.iter().filter(|row| row.name == *stem).count() == 1);
+    let found: Vec<&Shown> = all.iter().filter(|row| driver.or(by_file).is_none_or(|id| row.name == id)).collect();
     let [row] = found.as_slice() else {
         let names: Vec<&str> = all.iter().map(|row| row.name.as_str()).collect();
         let near = driver.map_or(String::new(), |id| did_you_mean(id, names.iter().copied()));

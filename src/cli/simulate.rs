@@ -76,11 +76,20 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             folder::is_of(name, "simulation", "csv") || several.iter().any(|start| name.starts_with(start))
         })?;
     }
-    let calibrated = args.result.iter().map(|path| read(args, path)).collect::<anyhow::Result<Vec<_>>>()?;
     let reading = args.data.reading();
     let (recording, follower) = reading.read(Input::File(&args.file), args.follower.as_deref())?;
     let followers = if args.platoon { followers(&recording) } else { vec![follower] };
     let ids = reading.ids(&recording);
+    let driver = args.follower.as_deref().or(args.data.trajectory.as_deref());
+    // Of a fleet each of several drivers has a row of his own.
+    let drivers = match (ids.as_slice(), args.result.as_slice()) {
+        ([_, _, ..], [fleet]) if fleet_row::folder_of(fleet).is_some() => {
+            ids.iter().map(|id| (fleet, Some(id.as_str()))).collect()
+        }
+        (_, results) => results.iter().map(|path| (path, driver)).collect::<Vec<_>>(),
+    };
+    let calibrated =
+        drivers.into_iter().map(|(path, driver)| read(args, path, driver)).collect::<anyhow::Result<Vec<_>>>()?;
     let runs: Vec<(Option<usize>, Option<&str>)> = match (args.platoon, ids.as_slice()) {
         (true, [_, _, ..]) => {
             return Err(Usage("--platoon simulates one trajectory; expected one id in --trajectory".to_owned()).into());
@@ -88,13 +97,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         (_, []) => followers.iter().map(|follower| (*follower, None)).collect(),
         (_, ids) => followers.iter().flat_map(|f| ids.iter().map(|id| (*f, Some(id.as_str())))).collect(),
     };
-    if calibrated.len() != 1 && calibrated.len() != followers.len() {
+    if args.result.len() != 1 && args.result.len() != followers.len() {
         let one_each = match (args.platoon, followers.len()) {
             (false, _) => "one, because only one follower is simulated; --platoon simulates all".to_owned(),
             (true, 1) => format!("one, for {} has 1 follower", args.file.display()),
             (true, n) => format!("one for all, or one for each of the {n} followers of {}", args.file.display()),
         };
-        let message = format!("--result is given {} times; expected {one_each}", calibrated.len());
+        let message = format!("--result is given {} times; expected {one_each}", args.result.len());
         return Err(Usage(message).into());
     }
     let mut done: Vec<Simulated> = Vec::new();
@@ -133,7 +142,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-fn read(args: &Args, given: &Path) -> anyhow::Result<Calibrated> {
+/// What was calibrated; of a fleet, for a driver.
+fn read(args: &Args, given: &Path, driver: Option<&str>) -> anyhow::Result<Calibrated> {
     if let Some(folder) = fleet_row::folder_of(given) {
         if args.platoon {
             let message = format!(
@@ -142,7 +152,7 @@ fn read(args: &Args, given: &Path) -> anyhow::Result<Calibrated> {
             );
             return Err(Usage(message).into());
         }
-        let variant = fleet_row::of_driver(&folder, args.follower.as_deref().or(args.data.trajectory.as_deref()))?;
+        let variant = fleet_row::of_driver(&folder, driver, &args.file)?;
         return Ok(Calibrated { path: given.to_owned(), vehicle: None, treatment: None, variant });
     }
     let path = result_file(given)?;

@@ -215,7 +215,7 @@ fn behind(own: &[Difference]) -> Option<Behind> {
 
 /// Of a score, which may be 0 for a perfect fit.
 fn logarithm(score: f64) -> f64 {
-    score.max(f64::MIN_POSITIVE).ln()
+    score.clamp(f64::MIN_POSITIVE, f64::INFINITY).ln()
 }
 
 /// Marks the recommended model: of those that cannot be distinguished the one with the fewest searched parameters. Without a
@@ -310,8 +310,10 @@ fn tested(
         .map(|(mut tested, measures, added)| {
             let scores: Vec<f64> = measures.iter().map(|measures| gof.of(measures)).collect();
             tested.simulated = mean(&scores).unwrap_or(f64::INFINITY);
-            // The penalty holds for small changes of the score; the squares, of which it is the root, add up unchanged.
-            tested.own.score += (tested.simulated.powi(2) + 2.0 * tested.simulated * added).sqrt();
+            // The increase holds for small changes of the score; its squares add up unchanged. The score of a run that ends early stays infinite.
+            if tested.own.score.is_finite() {
+                tested.own.score = (tested.simulated.powi(2) + 2.0 * tested.simulated * added).sqrt();
+            }
             let finite = |x: f64| x.is_finite().then_some(x);
             if let Some(mean) = Measures::mean(&measures).filter(|_| tested.own.score.is_finite()) {
                 tested.own.rmse = mean.0.map(|signal| finite(signal.rmse));

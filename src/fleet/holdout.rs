@@ -48,6 +48,7 @@ fn cut(pair: &mut Pair, share: f64) {
     let at = ((1.0 - share) * whole as f64).round() as usize;
     let least = (SEGMENT_MIN_S / trajectory.dt).ceil() as usize + 1;
     if at < least || whole - at < least {
+        pair.is_short = true;
         let seconds = (whole - 1) as f64 * trajectory.dt;
         let shorter = at.min(whole - at).saturating_sub(1) as f64 * trajectory.dt;
         pair.drive = Err(format!(

@@ -21,7 +21,7 @@ pub use journal::{Journal, JournalError};
 pub use table::{Overview, ParameterOverview, Spread, clash, overview, table};
 pub use work::{FleetError, run};
 
-use crate::calibrate::{Calibration, Overrides};
+use crate::calibrate::{Calibration, Overrides, SearchSpace};
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::identify::Optimism;
@@ -52,7 +52,9 @@ pub struct Pair {
     pub name: String,
     /// Input of a calibration, or why it is missing.
     pub drive: Result<Drive, String>,
-    /// Held-back data of the same driver, only scored.
+    /// True where nothing can be because the drive is too short.
+    pub is_short: bool,
+    /// What is held back of the same driver, and only scored.
     pub held: Vec<Drive>,
 }
 
@@ -168,7 +170,13 @@ impl Settings {
         (0..pairs).flat_map(move |pair| (0..models).flat_map(move |model| of_model(pair, model)))
     }
 
-    /// Why a row of a journal cannot be one of these calibrations, if so.
+    /// Simulations of the search in a space at most.
+    #[must_use]
+    pub fn most_evaluations(&self, space: &SearchSpace) -> u64 {
+        self.max_evaluations.unwrap_or(EVALUATIONS_PER_PARAMETER * space.free().len().max(1) as u64)
+    }
+
+    /// What keeps a row of a journal from being one of these calibrations, if anything does.
     #[must_use]
     pub fn misfit(&self, row: &Row, pairs: usize) -> Option<String> {
         let Place { pair, model, measure } = row.place;

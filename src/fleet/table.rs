@@ -3,7 +3,7 @@
 use super::{Comparison, Drive, HeldScore, Pair, Row, Rule, SCHEMA_VERSION, Settings, Standing};
 use crate::catalog::Variant;
 use crate::statistics::quantile;
-use crate::study::merge::{column_clash, parameter_column};
+use crate::study::merge::column_clash;
 use crate::study::outcome::Behind;
 use crate::study::table::Table;
 use crate::symbols::Symbol;
@@ -13,7 +13,7 @@ const ENDS: [&str; 2] = ["low", "high"];
 
 /// The columns of the parameters of a model.
 fn columns_of(model: &Variant) -> Vec<String> {
-    model.parameters().into_iter().map(parameter_column).collect()
+    model.parameters().into_iter().map(Symbol::column).collect()
 }
 
 /// Why the models cannot share a table, if they cannot: two parameters would be one column, or one would be a column that every table has.
@@ -26,7 +26,7 @@ pub fn clash(settings: &Settings) -> Option<String> {
     let ends = if settings.intervals { &ENDS[..] } else { &[] };
     let mut columns: Vec<(Symbol, String)> = Vec::new();
     for symbol in settings.models.iter().flat_map(|model| model.variant.parameters()) {
-        let name = parameter_column(symbol);
+        let name = symbol.column();
         columns.push((symbol, name.clone()));
         columns.extend(ends.iter().map(|end| (symbol, format!("{name}_{end}"))));
     }
@@ -86,6 +86,13 @@ pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &Com
     table.text("findings", doubts.iter().map(|kinds| Some(kinds.as_str()).filter(|kinds| !kinds.is_empty())));
     table.integer("evaluations", found().map(|found| i64::try_from(found?.evaluations).ok()));
     table.text("stop", found().map(|found| Some(found?.stop.as_str())));
+    let status = |row: &Row| match (&row.found, &of(row).drive) {
+        (Ok(_), _) => "ok",
+        (Err(_), Ok(_)) => "infeasible",
+        (Err(_), Err(_)) if of(row).is_short => "short",
+        (Err(_), Err(_)) => "unusable",
+    };
+    table.text("status", rows.iter().map(|row| Some(status(row))));
     table.text("reason", rows.iter().map(|row| row.found.as_ref().err().map(String::as_str)));
     table
 }
@@ -213,7 +220,7 @@ pub fn overview(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &
             let parameter = |(i, symbol): (usize, &Symbol)| ParameterOverview {
                 name: symbol.name().to_owned(),
                 unit: symbol.unit().to_owned(),
-                column: parameter_column(*symbol),
+                column: symbol.column(),
                 spread: Spread::of(&own.iter().map(|found| found.parameters[i]).collect::<Vec<_>>()),
                 sound: (doubtful > 0).then_some(()).and_then(|()| {
                     let sound = own.iter().zip(&is_sound).filter(|(_, sound)| **sound);

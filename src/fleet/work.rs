@@ -1,6 +1,6 @@
 //! The work: some pairs at a time on one evaluator, several of these in parallel on a CPU.
 
-use super::{Drive, EVALUATIONS_PER_PARAMETER, Found, Journal, JournalError, Pair, Place, Row, Settings};
+use super::{Drive, Found, Journal, JournalError, Pair, Place, Row, Settings};
 use crate::calibrate::{CalibrateError, Replicate, SearchSpace, bound_times, calibrate_each};
 use crate::catalog::Variant;
 use crate::convention::Convention;
@@ -186,8 +186,7 @@ fn together(
     let spaces: Vec<SearchSpace> = tasks.iter().map(|task| task.space.clone()).collect();
     let mut evaluator = build(settings, cases, place, warn)?;
     let mut calibration = settings.calibration;
-    let own = EVALUATIONS_PER_PARAMETER * spaces[0].free().len().max(1) as u64;
-    calibration.stop.max_evaluations = settings.max_evaluations.unwrap_or(own);
+    calibration.stop.max_evaluations = settings.most_evaluations(&spaces[0]);
     let replicates = match calibrate_each(evaluator.as_mut(), &spaces, &calibration, stop) {
         Err(CalibrateError::Evaluate(error)) => return Err(error.into()),
         Err(_) => return Ok(rows),
@@ -222,7 +221,7 @@ fn found(exactly: Option<Exactly<'_>>, task: &Task, replicate: Replicate) -> Res
     let finite = |x: f64| x.is_finite().then_some(x);
     let signals = measures
         .map_or([[None; 2]; 3], |measures| measures.0.map(|signal| [finite(signal.rmse), finite(signal.nrmse)]));
-    let known = exactly.map(|exactly| identify_on(exactly, &task.space, &candidate)).transpose()?;
+    let known = exactly.map(|exactly| identify_on(exactly, &task.space, &candidate, &mut || false)).transpose()?;
     let optimism = known.as_ref().and_then(|known| known.optimism);
     let intervals = known.map(|known| {
         let of =

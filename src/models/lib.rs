@@ -23,4 +23,4 @@ pub mod simulate;
 pub mod symbols;
 pub mod wgsl;
 
-use leadlag_data::{statistics, text, trajectory, vehicle};
+use leadlag_data::{text, trajectory, vehicle};

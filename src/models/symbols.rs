@@ -219,7 +219,21 @@ macro_rules! symbol_table {
                 match self { $(Symbol::$ident => $unit,)* Symbol::Extension(row) => &row.unit }
             }
 
-            /// Its meaning, in words.
+            /// Its column in a table: the name with its unit, where it has one, such as `v_0_mps`.
+            #[must_use]
+            pub fn column(self) -> String {
+                let unit = self.unit().replace('²', "2");
+                let unit = match unit.as_str() {
+                    "-" | "" => return self.name().to_owned(),
+                    "m/s" => "mps".to_owned(),
+                    "m/s2" => "mps2".to_owned(),
+                    // 1/s becomes per_s, kg/m becomes kg_per_m; extensions may have units of any kind.
+                    other => other.replace('/', "_per_").trim_start_matches("1_").replace(|c: char| !c.is_alphanumeric(), "_"),
+                };
+                format!("{}_{unit}", self.name())
+            }
+
+            /// What it means, in words.
             #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self { $(Symbol::$ident => $meaning,)* Symbol::Extension(row) => &row.meaning }

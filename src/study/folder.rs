@@ -105,7 +105,9 @@ impl Folder {
         }
         folder.make()?;
         let given = &study.plan.data.folder;
-        let data_folder = std::path::absolute(given).map_err(StudyError::file(given, "find the data folder"))?;
+        // Of a plan that lies in the working directory and names no folder the path is empty.
+        let here = if given.as_os_str().is_empty() { Path::new(".") } else { given };
+        let data_folder = std::path::absolute(here).map_err(StudyError::file(given, "find the data folder"))?;
         let settings = &study.plan.calibration;
         let line = |task: &Task| serde_json::to_string(task).expect("a task is valid JSON") + "\n";
         let lines: String = study.tasks().iter().map(line).collect();

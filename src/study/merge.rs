@@ -35,21 +35,7 @@ pub fn measure_columns() -> Vec<String> {
     Measures::NAMES.iter().map(|name| format!("{name}{}", unit(name))).collect()
 }
 
-/// Name of a parameter as a column, with its unit, if any.
-#[must_use]
-pub fn parameter_column(symbol: Symbol) -> String {
-    let unit = symbol.unit().replace('²', "2");
-    let unit = match unit.as_str() {
-        "-" | "" => return symbol.name().to_owned(),
-        "m/s" => "mps".to_owned(),
-        "m/s2" => "mps2".to_owned(),
-        // 1/s becomes per_s, kg/m becomes kg_per_m; extensions may have units of any kind.
-        other => other.replace('/', "_per_").trim_start_matches("1_").replace(|c: char| !c.is_alphanumeric(), "_"),
-    };
-    format!("{}_{unit}", symbol.name())
-}
-
-/// Why parameters cannot have columns of these names beside `taken` ones, if so: two would be the same column. Those of one name
+/// Why parameters cannot have columns of these names beside those that are `taken`, if they cannot: two would be the same column. Those of one name
 /// and unit share theirs.
 pub(crate) fn column_clash(taken: &[String], columns: &[(Symbol, String)]) -> Option<String> {
     let shown = |symbol: Symbol| match symbol {
@@ -153,7 +139,7 @@ fn calibrations(
     let runs: Vec<Option<&RunRow>> = rows.iter().map(|r| r.run.as_ref()).collect();
     run_columns(&mut table, &runs);
     for &symbol in Symbol::ALL.iter().chain(further) {
-        table.number(&parameter_column(symbol), rows.iter().map(|r| r.parameters.get(symbol.name()).copied()));
+        table.number(&symbol.column(), rows.iter().map(|r| r.parameters.get(symbol.name()).copied()));
     }
     let at_bound: Vec<String> = rows.iter().map(|r| r.at_bound.join(" ")).collect();
     table.text("at_bound", at_bound.iter().map(|names| (!names.is_empty()).then_some(names.as_str())));

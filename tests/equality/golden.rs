@@ -60,8 +60,8 @@ fn largest_difference(row: &Row) -> (f64, &'static str) {
 /// The golden table with its outcome columns, under the authors' convention.
 fn evaluated(shared: &Path, build: &mut Build) -> Vec<Row> {
     let input = fs::read(shared.join("golden/evaluations.csv")).expect("golden/evaluations.csv");
-    let mut library =
-        Library::open(&shared.join("data"), DataLayout::Processed, Preparation::default()).expect("vehicle tables");
+    let mut library = Library::open(Some(&shared.join("data")), DataLayout::Processed, None, Preparation::default())
+        .expect("vehicle tables");
     let settings = Settings { convention: Convention::AUTHORS, tau_p_upper: 0.8, rescore: false };
     let (mut output, name) = (Vec::new(), "evaluations.csv");
     let summary = evaluate_table(input.as_slice(), name, &mut output, &mut library, &settings, build, &mut |_| true)

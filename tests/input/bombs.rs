@@ -144,6 +144,19 @@ fn text_by_its_changes_is_refused() {
     }
 }
 
+/// The library meets it with a panic, whose message reaches the user.
+#[test]
+fn a_page_without_the_dictionary_that_it_refers_to_is_refused() {
+    let properties = WriterProperties::builder().set_dictionary_enabled(false).build();
+    let mut file = table::<Int32Type>("int32 n", 1, properties);
+    // Of the first page: PLAIN, and RLE for both kinds of levels.
+    let plain = [0x15, 0, 0x15, 6, 0x15, 6];
+    let at = file.windows(plain.len()).position(|bytes| bytes == plain).expect("a page of plain values");
+    // RLE_DICTIONARY, zigzag.
+    file[at + 1] = 0x10;
+    is_refused("page.parquet", &file, "a page refers to a dictionary that its column does not have");
+}
+
 #[test]
 fn lines_without_end_in_a_packed_table_are_not_waited_for() {
     let mut packed = flate2::write::GzEncoder::new(Vec::new(), flate2::Compression::fast());

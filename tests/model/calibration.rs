@@ -190,9 +190,12 @@ struct Rough {
 }
 
 impl Rough {
+    /// By a measure that is no sum of norms, so that the search goes by scores alone.
     fn new(case: Case, told: fn(f64) -> f64) -> Rough {
-        // A measure that is not a sum of norms, so that the search uses scores alone.
-        let gof = "u-sva".parse().expect("a measure");
+        Rough::by("u-sva".parse().expect("a measure"), case, told)
+    }
+
+    fn by(gof: GoodnessOfFit, case: Case, told: fn(f64) -> f64) -> Rough {
         let inner = Lanes::new(vec![case], gof, LanesPrecision::Plain).expect("lanes");
         let other = Arc::new(AtomicBool::new(true));
         let lowest = Arc::new(Mutex::new(f64::INFINITY));
@@ -499,6 +502,18 @@ fn a_progress_that_breaks_once_ends_every_replicate() {
     let found = found.expect("what was found until then");
     assert_eq!((found.len(), told), (3, 3));
     assert!(found.iter().all(|replicate| (replicate.stop, replicate.evaluations) == (StopReason::Interrupted, 100)));
+}
+
+/// Searches that have not begun are not started then: on a long drive a generation of each would take a minute.
+#[test]
+fn whoever_stops_many_replicates_waits_for_no_generation() {
+    let (case, _, space) = own_drive("idm", &FREE);
+    let mut evaluator = Rough::by(GoodnessOfFit::NRMSE_SVA, case, |score| score);
+    let scored = evaluator.scored.clone();
+    let settings = Calibration { replicates: 50, ..Calibration::default() };
+    let found = calibrate(&mut evaluator, &space, &settings, &mut |_| ControlFlow::Break(()));
+    assert!(matches!(found, Err(CalibrateError::Interrupted)), "{found:?}");
+    assert_eq!(scored.load(Ordering::Relaxed), 0);
 }
 
 #[test]

@@ -76,7 +76,7 @@ fn known(
         Calibration { seed, stop: Stop { max_evaluations: 2000, ..Stop::default() }, ..Calibration::default() };
     let found =
         calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(())).expect("feasible").remove(0);
-    let knowledge = identify(&lanes, &space, &found.candidate).expect("lanes");
+    let knowledge = identify(&lanes, &space, &found.candidate, &mut || false).expect("lanes");
     (found.candidate, knowledge, lanes, space)
 }
 
@@ -152,7 +152,7 @@ fn a_candidate_beside_the_minimum_is_called_so() {
     let trajectory = drive(1500, 0.2, 4);
     let (mut candidate, _, lanes, space) = known(&trajectory, &[("t_h", [0.3, 3.0]), ("d_0", [0.5, 6.0])], 1);
     candidate[2] += 1.5;
-    let knowledge = identify(&lanes, &space, &candidate).expect("lanes");
+    let knowledge = identify(&lanes, &space, &candidate, &mut || false).expect("lanes");
     assert!(knowledge.parameters.is_empty() && knowledge.note.is_some_and(|note| note.contains("not at a minimum")));
 }
 
@@ -192,8 +192,24 @@ fn parameters_that_change_nothing_are_called_so() {
         let cases = (0..drives)
             .map(|seed| Case::new(&drive(1500, 0.2, seed), variant, None, Convention::PAPER, 0.0).expect("a drive"));
         let lanes = Lanes::new(cases.collect(), GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain).expect("lanes");
-        let knowledge = identify(&lanes, &space, &candidate).expect("lanes");
+        let knowledge = identify(&lanes, &space, &candidate, &mut || false).expect("lanes");
         assert_eq!(knowledge.note, Some("no parameter changes the score"));
         assert_eq!(knowledge.evaluations, 9, "{drives} drives");
+    }
+}
+
+/// A stop at either look at a drive gives no partial result.
+#[test]
+fn once_it_is_stopped_nothing_is_known() {
+    let (candidate, whole, lanes, space) = known(&drive(1000, 0.2, 1), &[("t_h", [0.3, 3.0])], 1);
+    assert_eq!((whole.parameters.len(), whole.note), (1, None));
+    for looks in [0, 1] {
+        let mut left = looks;
+        let mut stop = || {
+            left -= 1;
+            left < 0
+        };
+        let known = identify(&lanes, &space, &candidate, &mut stop).expect("lanes");
+        assert_eq!((known.parameters.len(), known.note), (0, Some("stopped before it was known")), "{looks}");
     }
 }

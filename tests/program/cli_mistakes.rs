@@ -139,8 +139,8 @@ fn what_is_nearly_right_is_told_the_right_way() {
     assert!(message.contains("several times: --extend grade --extend actuation_lag\n"), "{message}");
     let cases = scratch("cli_mistakes", "cases").join("cases.csv");
     fs::write(&cases, "model_id,platoon,follower_position\n").expect("writable");
-    let message = fails(1, &["evaluate", text(&cases), "--data", pair()]);
-    assert!(message.contains("expected the folder of the platoon files, found a file"), "{message}");
+    let message = fails(1, &["evaluate", text(&cases), "--data", "nowhere"]);
+    assert!(message.contains("expected the folder of the platoon files, or one file; there is none"), "{message}");
     // An unknown follower is the same usage wherever it is asked for.
     let said = calibrate(2, &["--model", "idm", "--follower", "9"]);
     assert!(said.ends_with("followers with data: 1\n"), "{said}");

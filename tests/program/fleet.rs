@@ -20,11 +20,11 @@ fn driver(number: u64) -> [f64; 5] {
     [31.0, 1.2, 2.2, 1.3, 1.8].map(|middle| middle * (0.2 * normal(&mut rng)).exp())
 }
 
-const HEADER: &str = "Trajectory_ID,Time_Index,ID_LV,Type_LV,Pos_LV,Speed_LV,Acc_LV,ID_FAV,Pos_FAV,Speed_FAV,Acc_FAV,Spatial_Gap,\
+pub const HEADER: &str = "Trajectory_ID,Time_Index,ID_LV,Type_LV,Pos_LV,Speed_LV,Acc_LV,ID_FAV,Pos_FAV,Speed_FAV,Acc_FAV,Spatial_Gap,\
                       Spatial_Headway,Speed_Diff\n";
 
-/// Rows of drives of this many samples at 10 Hz, each of a different driver behind a different leader.
-fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
+/// Rows of drives of so many samples at 10 Hz, each of a driver of his own behind a leader of his own.
+pub fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
     delayed_drives(numbers, samples, 0, 0.03)
 }
 
@@ -115,6 +115,8 @@ fn every_pair_is_a_row() {
         assert_eq!(row["a_max_mps2"].is_empty(), k % 2 == 1 || k >= 12, "{row:?}");
     }
     assert!(found[12]["reason"].contains("at least 2 s"), "{:?}", found[12]);
+    let status: Vec<&str> = found.iter().step_by(2).map(|row| row["status"].as_str()).collect();
+    assert_eq!(status, ["ok", "ok", "ok", "ok", "ok", "ok", "short", "unusable"], "{:?}", found[14]);
 
     let again = folder.join("two");
     ok(&[&all[..], &[text(&again), "--threads", "3"]].concat());

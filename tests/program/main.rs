@@ -12,6 +12,7 @@ mod cli_warnings;
 mod doctor;
 mod fleet;
 mod fleet_faults;
+mod fleet_use;
 mod hostile;
 mod killed;
 mod library;

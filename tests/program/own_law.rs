@@ -272,6 +272,12 @@ fn a_file_is_told_for_what_it_is() {
             "    /// gap [s], 0.5 to 2\n    t_h: f32,",
             "t_h is the paper's parameter: its unit is s",
         ),
+        (
+            "d.wgsl",
+            "_law(own: Parameters, ",
+            "_far(p: Params) -> f32 {\n    return equilibrium_spacing(p, 1.0);\n}\nfn d_law(own: Parameters, ",
+            "cannot ask for it itself; define `fn d_equilibrium(own: Parameters, v: f32) -> f32`",
+        ),
         ("c.wgsl", "own.t_h", "own.t_head", "Parameters has no field t_head; it has v_0"),
     ] {
         let own = FVDM.replace("my_fvdm", &name[..1]).replace(from, to);

@@ -46,6 +46,21 @@ fn an_id_changes_with_all_that_decides_a_result_and_with_nothing_else() {
     assert!(first.iter().all(|id| more.contains(id)), "more replicates leave the first ones as they are");
 }
 
+/// A plan in the working directory that names no data folder finds its files beside it.
+#[test]
+fn a_plan_in_the_working_directory_needs_no_folder() {
+    let folder = scratch("here");
+    fs::copy(data().join("one/platoon.csv"), folder.join("S1.csv")).unwrap();
+    let plan = "schema_version = 1\n[data]\n[[platoon]]\nname = \"S1\"\nfile = \"S1.csv\"\nfollowers = [1]\n\
+                [calibration]\nvariants = [\"idm\"]\nmax_evaluations = 300\n";
+    fs::write(folder.join("plan.toml"), plan).unwrap();
+    for words in [&["plan", "plan.toml", "--out", "study"][..], &["run", "study"]] {
+        let mut command = std::process::Command::new(env!("CARGO_BIN_EXE_leadlag"));
+        let output = command.arg("study").args(words).current_dir(&folder).output().unwrap();
+        assert!(output.status.success(), "{}", stderr(&output));
+    }
+}
+
 #[test]
 fn a_plan_says_what_it_uses_within_80_columns() {
     let folder = scratch("columns_80");

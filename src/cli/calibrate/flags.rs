@@ -39,6 +39,9 @@ pub struct Args {
     /// Calibrate every leader-follower pair separately, into one table of parameters. Repeat the command to resume after an interruption
     #[arg(long, conflicts_with_all = ["joint", "plot", "segment", "replicates"])]
     pub all: bool,
+    /// With --all: also write result.json, simulation.csv and plot.svg of each pair, to folders in DIR/each; takes the time of the calibrations again
+    #[arg(long, requires = "all")]
+    pub each: bool,
     /// With --all: hold back this share at the end of each drive, or the drives in these files (same driver id). They are scored
     /// but not used for calibration, and decide between models; files may be given several times
     #[arg(long, value_name = "SHARE|FILE", requires = "all", allow_negative_numbers = true)]

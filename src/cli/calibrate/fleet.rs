@@ -4,17 +4,21 @@ use super::super::change::Change;
 use super::super::evaluator::warn;
 use super::super::lines::Lines;
 use super::super::{folder, interrupt, output};
-use super::Args;
+use super::{Args, folders, write as write_one};
+use crate::api::Calibration;
 use crate::api::bounds::origin;
 use crate::api::error::Usage;
 use crate::api::fleet::{Pairs, checked_share, files, settings};
+use crate::api::reading::Loaded;
 use crate::api::warnings;
 use crate::catalog::Variant;
+use crate::evaluator::Evaluator;
 use crate::fleet::{self, Comparison, Held, Journal, Model, Pair, Row, Settings, driver};
 use crate::report::fleet::{FleetFile, text};
 use crate::report::{csv, parquet};
 use crate::trajectory::Trajectory;
 use indicatif::{ProgressBar, ProgressStyle};
+use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
@@ -68,6 +72,9 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     write(&args.out, &file, &pairs, &settings, &rows, &comparison)?;
     output::print(&if args.json { file.to_json() } else { text(&file) })?;
     let seconds = started.elapsed().as_secs_f64();
+    if args.each {
+        each(args, &calibrations, &settings, &pairs, &rows)?;
+    }
     eprintln!("{seconds:.1} s, {:.0} pairs/s; files in {}", whole as f64 / seconds, args.out.display());
     anyhow::ensure!(unreadable.is_empty(), "{}\nnot read: {} of the files", unreadable.join("\n"), unreadable.len());
     anyhow::ensure!(file.calibrated() > 0, "no pair could be calibrated; parameters.csv has the reasons");
@@ -150,6 +157,59 @@ fn write(
     change.write(TABLES[2], &csv::write(&fleet::fits(pairs, settings, rows)?))?;
     change.write(folder::FLEET, file.to_json().as_bytes())?;
     folder::finish(change, folder, Vec::new())
+}
+
+/// The files of every calibration that has a result, as of one pair alone: made again, which finds the same bits.
+fn each(
+    args: &Args,
+    calibrations: &[Calibration],
+    settings: &Settings,
+    pairs: &[Pair],
+    rows: &[Row],
+) -> anyhow::Result<()> {
+    let reading = args.data.reading();
+    let needing = settings.models.iter().map(|model| &model.variant).find(|variant| variant.needs_vehicle());
+    let load = |pair: &Pair| -> anyhow::Result<Option<Loaded>> {
+        let Ok(drive) = &pair.drive else { return Ok(None) };
+        let trajectory = drive.trajectory.clone();
+        let vehicle = needing.map(|variant| reading.vehicle_for(&trajectory, variant)).transpose()?.flatten();
+        Ok(Some(Loaded { trajectory, vehicle, twin: None }))
+    };
+    let found: Vec<&Row> = rows.iter().filter(|row| row.found.is_ok()).collect();
+    let mut places: Vec<usize> = found.iter().map(|row| row.place.pair).collect();
+    places.dedup();
+    let loaded: Vec<Loaded> =
+        places.iter().filter_map(|&k| load(&pairs[k]).transpose()).collect::<anyhow::Result<_>>()?;
+    let folders = folders(&args.out.join("each"), &loaded);
+    let bar = Bar::new(found.len(), 0);
+    for (done, row) in found.into_iter().enumerate() {
+        anyhow::ensure!(
+            !interrupt::asked(),
+            "interrupted: {done} of the calibrations have a folder in {}/each",
+            args.out.display()
+        );
+        let at = places.iter().position(|&pair| pair == row.place.pair).expect("every row's pair is listed");
+        let mut calibration = calibrations[row.place.model].clone();
+        calibration.gof = settings.measures[row.place.measure];
+        let mut folder = folders[at].clone();
+        if settings.models.len() > 1 {
+            // The names of two models may differ in a + only.
+            folder.push(calibration.model());
+        }
+        if settings.measures.len() > 1 {
+            folder.push(folder::part(&calibration.gof.to_string()));
+        }
+        let one = std::slice::from_ref(&loaded[at]);
+        let prepared = calibration.prepare(one)?;
+        calibration.search.stop.max_evaluations = settings.most_evaluations(&prepared.space);
+        let mut evaluator = calibration.build(&prepared.reference)?;
+        let result = calibration.search(evaluator.as_mut(), &prepared, one, &mut |_| ControlFlow::Continue(()))?;
+        output::make_folder(&folder)?;
+        write_one::files(&folder, &result, prepared.reference.cases(), one, None)?;
+        bar.tell(done + 1);
+    }
+    bar.finish();
+    Ok(())
 }
 
 /// Pairs per second and time left; without a terminal, one line a minute.

@@ -136,7 +136,7 @@ fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path)
     // Before the work: an unwritable folder must not cost a calibration.
     output::make_folder(folder)?;
     let started = Instant::now();
-    let apart = calibration.apart(&prepared, loaded)?;
+    let apart = calibration.apart(&prepared, loaded, &interrupt::asked)?;
     if let Some(apart) = &apart {
         warn(&format!("--joint: {apart}; without --joint each gets parameters of its own"));
     }

@@ -16,7 +16,7 @@ pub fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
     let mut reader = csv::Reader::from_reader(Lines::of_table(path).with_context(place)?);
     let names: HashMap<String, usize> =
         reader.headers().with_context(place)?.iter().enumerate().map(|(k, name)| (name.to_owned(), k)).collect();
-    let mut rows = Vec::new();
+    let (mut rows, mut files) = (Vec::new(), Vec::new());
     for row in reader.records() {
         let row = row.with_context(place)?;
         let cell = |name: &str| names.get(name).and_then(|&k| row.get(k)).unwrap_or_default();
@@ -33,10 +33,11 @@ pub fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
             label += &format!(", follower {}", cell("follower"));
         }
         let name = match (cell("trajectory"), cell("name")) {
-            ("", name) if is_nameless(name) => format!("pair {}", cell("pair")),
+            ("", name) if is_nameless(name) => String::new(),
             ("", name) => name.to_owned(),
             (id, _) => id.to_owned(),
         };
+        files.push(cell("file").to_owned());
         rows.push(Shown {
             name,
             pair: number("pair") as usize,
@@ -48,7 +49,27 @@ pub fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
             gof,
         });
     }
+    name_by_files(&mut rows, &files);
     Ok(rows)
+}
+
+/// Names those without a name by their file, or by their number where several have files of one name.
+fn name_by_files(rows: &mut [Shown], files: &[String]) {
+    let stems: Vec<&str> = files
+        .iter()
+        .map(|file| Path::new(file).file_stem().and_then(|stem| stem.to_str()).unwrap_or_default())
+        .collect();
+    let mut pairs: HashMap<&str, Option<usize>> = HashMap::new();
+    for (row, stem) in rows.iter().zip(&stems).filter(|(row, _)| row.name.is_empty()) {
+        let only = pairs.entry(stem).or_insert(Some(row.pair));
+        *only = only.filter(|pair| *pair == row.pair);
+    }
+    for (row, stem) in rows.iter_mut().zip(&stems).filter(|(row, _)| row.name.is_empty()) {
+        row.name = match pairs[stem] {
+            Some(_) if !stem.is_empty() => (*stem).to_owned(),
+            _ => format!("pair {}", row.pair),
+        };
+    }
 }
 
 pub fn page(folder: &Path, made: Option<&MadeBy>) -> anyhow::Result<String> {

@@ -13,7 +13,7 @@ mod tasks;
 pub use bound_set::BoundSet;
 pub use each::calibrate_each;
 pub use homotopy::{DIFFERENCE, descent};
-pub use one_driver::{Apart, apart};
+pub use one_driver::{Apart, apart, apart_until};
 pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, checked, read_bounds};
 

@@ -35,6 +35,19 @@ pub struct Apart {
 /// # Errors
 /// When the evaluator fails.
 pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Apart>, EvaluateError> {
+    apart_until(cases, space, seed, &|| false)
+}
+
+/// The same; `None` once `stop` says so.
+///
+/// # Errors
+/// As [`apart`].
+pub fn apart_until(
+    cases: &[Case],
+    space: &SearchSpace,
+    seed: u64,
+    stop: &(dyn Fn() -> bool + Sync),
+) -> Result<Option<Apart>, EvaluateError> {
     let long = |case: &Case| case.s.len() as f64 * case.dt >= 2.0 * HALF_S;
     let drives: Vec<usize> = (0..cases.len()).filter(|&i| long(&cases[i])).take(MOST).collect();
     let free = space.free();
@@ -50,11 +63,12 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
         .collect();
     let gof: GoodnessOfFit = "nrmse-sv".parse().expect("it is known");
     let mut lanes = Lanes::new(halves, gof, LanesPrecision::Plain)?;
-    let stop = Stop { max_evaluations: PER_PARAMETER * free.len() as u64, ..Stop::default() };
-    let calibration = Calibration { seed, stop, ..Calibration::default() };
+    let few = Stop { max_evaluations: PER_PARAMETER * free.len() as u64, ..Stop::default() };
+    let calibration = Calibration { seed, stop: few, ..Calibration::default() };
     let spaces = vec![space.clone(); 2 * drives.len()];
-    let found = match calibrate_each(&mut lanes, &spaces, &calibration, &|| false) {
+    let found = match calibrate_each(&mut lanes, &spaces, &calibration, stop) {
         Err(CalibrateError::Evaluate(error)) => return Err(error),
+        _ if stop() => return Ok(None),
         found => found.unwrap_or_default(),
     };
     let found: Vec<Option<Vec<f64>>> = found.into_iter().map(|one| one.ok().map(|one| one.candidate)).collect();

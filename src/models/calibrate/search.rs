@@ -367,23 +367,49 @@ impl<'a> Group<'a> {
             }
         });
         told.into_iter().try_for_each(|(search, _)| search.decide(evaluator, progress))?;
-        // Those that received scores before the one at which the caller stopped them all.
-        if self.searches.iter().any(|search| search.ended == Some(StopReason::Interrupted)) {
-            let running = self.searches.iter_mut().filter(|search| search.ended.is_none());
-            running.for_each(|search| search.ended = Some(StopReason::Interrupted));
+        // Searches that received scores before the one at which the caller stopped them all.
+        if self.is_interrupted() {
+            self.interrupt();
         }
         Ok(())
     }
+
+    /// True if the caller has stopped one of the searches, and so all.
+    fn is_interrupted(&self) -> bool {
+        self.searches.iter().any(|search| search.ended == Some(StopReason::Interrupted))
+    }
+
+    fn interrupt(&mut self) {
+        let running = self.searches.iter_mut().filter(|search| search.ended.is_none());
+        running.for_each(|search| search.ended = Some(StopReason::Interrupted));
+    }
 }
 
-/// Advances groups until none runs: while the device simulates the generations of one, the host breeds the other's. Two at most.
+/// Advances groups until none runs. Where host and evaluator work at the same time there are two: while the device simulates the generations of
+/// one, the host breeds the other's. Else there are as many as the caller likes, one after the other.
 pub(super) fn advance(
     groups: &mut [Group<'_>],
     evaluator: &mut dyn Evaluator,
     progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
 ) -> Result<(), EvaluateError> {
-    let sets = [BufferSet::A, BufferSet::B];
     let mut exact = Exact::default();
+    if !evaluator.overlaps() {
+        while groups.iter().any(Group::is_running) {
+            for group in groups.iter_mut().filter(|group| group.is_running()) {
+                group.submit(evaluator, &mut exact, BufferSet::A)?;
+                // One that ran out of simulations has nothing to collect.
+                if group.is_running() {
+                    group.collect(evaluator, BufferSet::A, progress)?;
+                }
+                if group.is_interrupted() {
+                    groups.iter_mut().for_each(Group::interrupt);
+                    return Ok(());
+                }
+            }
+        }
+        return Ok(());
+    }
+    let sets = [BufferSet::A, BufferSet::B];
     for (group, set) in groups.iter_mut().zip(sets) {
         group.submit(evaluator, &mut exact, set)?;
     }

@@ -49,8 +49,11 @@ pub(super) fn run(
     };
     let begun: Vec<Option<Ended>> = tasks.par_iter().map(begin).collect::<Result<_, _>>()?;
     let is_open = |i: &usize| !matches!(begun[*i], Some(Ended::Found(_)));
-    let going: Vec<usize> = (0..tasks.len()).filter(is_open).collect();
-    let halves = if evaluator.overlaps() { 2 } else { 1 };
+    let mut going: Vec<usize> = (0..tasks.len()).filter(is_open).collect();
+    // A caller that stopped the searches waits for no others.
+    if told.lock().unwrap_or_else(std::sync::PoisonError::into_inner).1 {
+        going.clear();
+    }
     let search = |i: &usize| {
         let (task, mut settings) = (&tasks[*i], *settings);
         let earlier = match &begun[*i] {
@@ -62,19 +65,27 @@ pub(super) fn run(
         search.earlier = earlier;
         search
     };
-    let half = going.len().div_ceil(halves).max(1);
-    let mut groups: Vec<Group> = going.chunks(half).map(|some| Group::new(some.iter().map(search).collect())).collect();
+    let together = if evaluator.overlaps() { going.len().div_ceil(2).max(1) } else { at_a_time(evaluator, tasks) };
+    let mut groups: Vec<Group> =
+        going.chunks(together).map(|some| Group::new(some.iter().map(search).collect())).collect();
     advance(&mut groups, evaluator, &mut { tell })?;
-    let mut searches = groups.into_iter().flat_map(|group| group.searches);
-    let end = |(task, begun): (&Task, Option<Ended>)| {
+    let mut searches: Vec<Option<Search>> = tasks.iter().map(|_| None).collect();
+    for (i, search) in going.into_iter().zip(groups.into_iter().flat_map(|group| group.searches)) {
+        searches[i] = Some(search);
+    }
+    let (cases, gof) = (evaluator.cases(), evaluator.gof());
+    let end = |((task, begun), search): ((&Task, Option<Ended>), Option<Search>)| {
         let settled = |replicate, rival| {
-            settled(&evaluator.cases()[task.cases.clone()], evaluator.gof(), task.space, replicate, rival)
+            settled(&cases[task.cases.clone()], gof, task.space, replicate, rival)
                 .map_err(|error| Failed { error, furthest: None })
         };
-        if let Some(Ended::Found(replicate)) = begun {
-            return settled(replicate, None);
-        }
-        let search = searches.next().expect("one search for each that is open");
+        let Some(search) = search else {
+            return match begun {
+                Some(Ended::Found(replicate)) => settled(replicate, None),
+                Some(Ended::Open(replicate)) if replicate.score.is_finite() => settled(replicate, None),
+                _ => Err(Failed { error: CalibrateError::Interrupted, furthest: None }),
+            };
+        };
         let furthest = search.furthest();
         let later = search.finish();
         match (begun, later) {
@@ -89,7 +100,20 @@ pub(super) fn run(
             (_, Err(error)) => Err(Failed { error, furthest: furthest.map(Box::new) }),
         }
     };
-    Ok(tasks.iter().zip(begun).map(end).collect())
+    // The reference takes some milliseconds for each, which adds up over a thousand replicates.
+    Ok(tasks.par_iter().zip(begun).zip(searches).map(end).collect())
+}
+
+/// Candidate-steps between two looks at the caller, per thread: 0.2 s of `lanes` on a slow core, and more than enough for all lanes of a block.
+const STEPS_AT_A_TIME: usize = 10_000_000;
+/// Candidates of a generation, for the size of its work.
+const GENERATION: usize = 100;
+
+/// So many searches simulate a generation together where the CPU does it, so that a caller who stops thousands of them need not wait for all.
+fn at_a_time(evaluator: &dyn Evaluator, tasks: &[Task<'_>]) -> usize {
+    let samples = |task: &Task| evaluator.cases()[task.cases.clone()].iter().map(|case| case.s.len()).sum::<usize>();
+    let steps = GENERATION * tasks.iter().map(samples).max().unwrap_or(1).max(1);
+    (STEPS_AT_A_TIME * rayon::current_num_threads() / steps).max(1)
 }
 
 /// The better one of two searches of one task, with the cost of both. They have converged only if the later one also found the lowest.

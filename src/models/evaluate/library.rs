@@ -1,9 +1,10 @@
-//! A folder of platoon files with their companions, read on demand and once.
+//! Files of drives with their companions, read on demand and once.
 
 use super::Settings;
 use crate::catalog::{Constraint, Variant};
 use crate::evaluator::{Case, CaseError};
-use crate::trajectory::{ImportError, Layout, Preparation, PrepareError, Source, import, prepare};
+use crate::trajectory::import::{ColumnMap, read_mapped};
+use crate::trajectory::{ImportError, Layout, Preparation, PrepareError, Recording, Source, import, prepare};
 use crate::vehicle::{Vehicle, VehicleError, read_table};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -38,15 +39,9 @@ impl DataLayout {
 /// A data folder that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// It is not a folder.
-    #[error("{0}: expected the folder of the platoon files; there is none")]
-    Folder(String),
-    /// It is a file.
-    #[error(
-        "{0}: expected the folder of the platoon files, found a file; give its folder, and name the file, without .csv, in the column \
-         platoon of the table"
-    )]
-    File(String),
+    /// There is nothing of this name.
+    #[error("{0}: expected the folder of the platoon files, or one file; there is none")]
+    Missing(String),
     /// Its vehicle table is broken.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
@@ -66,6 +61,30 @@ pub enum LibraryError {
     /// The name would leave the folder.
     #[error("platoon `{0}`: expected the name of a file without folder and extension")]
     Name(String),
+    /// A row names a platoon, and no folder was given.
+    #[error("platoon {0}: its folder is unknown; give it by --data")]
+    NoFolder(String),
+    /// A row names a file that is not there.
+    #[error("{0}: no such file; --data gives its folder, or the file of all rows")]
+    NoFile(String),
+    /// A row names another platoon than the file that was given.
+    #[error("platoon {platoon}: expected {file}, the file of all rows")]
+    OtherFile {
+        /// The file stem of the row.
+        platoon: String,
+        /// The file given.
+        file: String,
+    },
+    /// The file has several trajectories, and the row names none.
+    #[error(
+        "{file}: expected the id of one of its trajectories in the column trajectory, such as {example}; found none"
+    )]
+    NoTrajectory {
+        /// The file.
+        file: String,
+        /// One of its ids.
+        example: String,
+    },
     /// The file cannot be imported.
     #[error("{0}")]
     Import(#[source] Arc<ImportError>),
@@ -87,17 +106,49 @@ pub enum LibraryError {
     Case(#[from] CaseError),
 }
 
-/// Platoons and vehicles of a data folder.
+/// Where the files of the rows are.
+#[derive(Debug)]
+enum Place {
+    /// In this folder.
+    Folder(PathBuf),
+    /// This is the file of all rows.
+    File(PathBuf),
+    /// Where the rows say.
+    Named,
+}
+
+/// What a row is to be simulated on.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(super) struct Wanted {
+    pub(super) file: NamedFile,
+    /// Of files with several trajectories.
+    pub(super) trajectory: Option<String>,
+    pub(super) follower: usize,
+}
+
+/// How a row names its file.
+#[derive(Debug, Clone, PartialEq, Eq, Hash)]
+pub(super) enum NamedFile {
+    /// By its stem.
+    Platoon(String),
+    /// By its path, as the table of a fleet does. As there, the longest segment is taken.
+    Path(String),
+}
+
+/// The files and vehicles of the rows.
 #[derive(Debug)]
 pub struct Library {
-    folder: PathBuf,
+    place: Place,
     layout: DataLayout,
+    columns: Option<ColumnMap>,
     preparation: Preparation,
     vehicles: Vec<Vehicle>,
     notes: Vec<String>,
     /// Faults of the data of each follower in use.
     faults: Vec<String>,
-    cases: HashMap<(String, usize), Result<Case, LibraryError>>,
+    cases: HashMap<Wanted, Result<Case, LibraryError>>,
+    /// The file that was read last: rows of one file mostly follow each other.
+    last: Option<(PathBuf, Recording)>,
     sources: Vec<Source>,
     /// Vehicles in use: by short name, and whether the MFC curve was needed.
     used: HashSet<(String, bool)>,
@@ -107,21 +158,37 @@ pub struct Library {
 const FAULTS: usize = 100;
 
 impl Library {
-    /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, else from the built-in table.
+    /// Opens a folder, or the one file of all rows; `None`: the files are where the rows say. All are to be prepared alike, and read by a column
+    /// map if there is one. Vehicles come from `vehicles/vehicles.csv` in or beside the folder, else from the built-in table.
     ///
     /// # Errors
-    /// For a missing folder, or a vehicle table that cannot be read.
-    pub fn open(folder: &Path, layout: DataLayout, preparation: Preparation) -> Result<Library, OpenError> {
-        if !folder.is_dir() {
-            let shown = folder.display().to_string();
-            return Err(if folder.exists() { OpenError::File(shown) } else { OpenError::Folder(shown) });
-        }
+    /// When there is no such folder or file, or a vehicle table is there but cannot be read.
+    pub fn open(
+        data: Option<&Path>,
+        layout: DataLayout,
+        columns: Option<ColumnMap>,
+        preparation: Preparation,
+    ) -> Result<Library, OpenError> {
+        let (place, folder) = match data {
+            None => (Place::Named, Path::new(".")),
+            Some(path) if path.is_dir() => (Place::Folder(path.to_owned()), path),
+            Some(path) if path.exists() => {
+                let folder = path.parent().filter(|folder| !folder.as_os_str().is_empty());
+                (Place::File(path.to_owned()), folder.unwrap_or(Path::new(".")))
+            }
+            Some(path) => return Err(OpenError::Missing(path.display().to_string())),
+        };
         let parent = folder.join("..");
         let table = [folder, &parent].iter().map(|f| f.join("vehicles").join("vehicles.csv")).find(|p| p.exists());
         let vehicles = table.as_deref().map_or_else(|| Ok(Vehicle::built_in()), read_table)?;
-        let (folder, cases, notes, faults) = (folder.to_owned(), HashMap::new(), Vec::new(), Vec::new());
+        let (cases, notes, faults, last) = (HashMap::new(), Vec::new(), Vec::new(), None);
         let (sources, used) = (Vec::new(), HashSet::new());
-        Ok(Library { folder, layout, preparation, vehicles, notes, faults, cases, sources, used })
+        Ok(Library { place, layout, columns, preparation, vehicles, notes, faults, cases, last, sources, used })
+    }
+
+    /// True if every row is simulated on the same file, so that none has to name it.
+    pub(super) fn is_one_file(&self) -> bool {
+        matches!(self.place, Place::File(_))
     }
 
     /// The files used so far, with checksums: data, and of a vehicle the parts that the variants needed.
@@ -150,13 +217,13 @@ impl Library {
     }
 
     /// The case of a follower, for any variant (`Case::for_variant`).
-    pub(super) fn case(&mut self, platoon: &str, follower: usize, settings: &Settings) -> Result<Case, LibraryError> {
-        let key = (platoon.to_owned(), follower);
-        if !self.cases.contains_key(&key) {
-            let case = self.read(platoon, follower, settings);
-            self.cases.insert(key.clone(), case);
+    pub(super) fn case(&mut self, wanted: Wanted, settings: &Settings) -> Result<Case, LibraryError> {
+        if let Some(known) = self.cases.get(&wanted) {
+            return known.clone();
         }
-        self.cases[&key].clone()
+        let case = self.read(&wanted, settings);
+        self.cases.insert(wanted, case.clone());
+        case
     }
 
     /// Lists the files of the vehicle of a case, as far as its variant needs them.
@@ -174,33 +241,86 @@ impl Library {
         }
     }
 
-    fn read(&mut self, platoon: &str, follower: usize, settings: &Settings) -> Result<Case, LibraryError> {
-        if platoon.is_empty() || platoon.contains(['/', '\\']) || platoon.contains("..") {
-            return Err(LibraryError::Name(platoon.to_owned()));
+    /// The file of a row, and its layout where that is known.
+    fn find(&self, file: &NamedFile) -> Result<(PathBuf, Option<Layout>), LibraryError> {
+        let found = match (&self.place, file) {
+            (Place::File(path), NamedFile::Platoon(stem)) if !stem.is_empty() && !is_called(path, stem) => {
+                return Err(LibraryError::OtherFile { platoon: stem.clone(), file: path.display().to_string() });
+            }
+            (Place::File(path), _) => path.clone(),
+            (Place::Named, NamedFile::Platoon(stem)) => return Err(LibraryError::NoFolder(stem.clone())),
+            (Place::Named, NamedFile::Path(path)) => PathBuf::from(path),
+            (Place::Folder(folder), NamedFile::Path(path)) => {
+                folder.join(Path::new(path).file_name().unwrap_or_default())
+            }
+            (Place::Folder(folder), NamedFile::Platoon(stem)) => return self.platoon(folder, stem),
+        };
+        if found.is_file() { Ok((found, None)) } else { Err(LibraryError::NoFile(found.display().to_string())) }
+    }
+
+    /// The file of a platoon in a folder.
+    fn platoon(&self, folder: &Path, stem: &str) -> Result<(PathBuf, Option<Layout>), LibraryError> {
+        if stem.is_empty() || stem.contains(['/', '\\']) || stem.contains("..") {
+            return Err(LibraryError::Name(stem.to_owned()));
         }
-        let folders = [self.folder.clone(), self.folder.join(self.layout.folder())];
-        let path = folders.iter().map(|f| f.join(format!("{platoon}.csv"))).find(|p| p.exists());
+        let folders = [folder.to_owned(), folder.join(self.layout.folder())];
+        let path = folders.iter().map(|f| f.join(format!("{stem}.csv"))).find(|p| p.exists());
         let Some(path) = path else {
             let searched = folders.iter().map(|f| f.display().to_string()).collect();
-            return Err(LibraryError::NotFound { platoon: platoon.to_owned(), searched });
+            return Err(LibraryError::NotFound { platoon: stem.to_owned(), searched });
         };
         // The given folder may have files of any layout; the AstaZero folders only theirs.
         let layout = path.starts_with(&folders[1]).then(|| self.layout.layout());
-        let recording = import::read(&path, layout).map_err(|e| LibraryError::Import(Arc::new(e)))?;
-        for source in std::iter::once(&recording.source).chain(&recording.companions) {
-            if !self.sources.contains(source) {
-                self.sources.push(source.clone());
+        Ok((path, layout))
+    }
+
+    fn recording(&mut self, path: &Path, layout: Option<Layout>) -> Result<&Recording, LibraryError> {
+        if self.last.as_ref().is_none_or(|(read, _)| read != path) {
+            let recording = match &self.columns {
+                Some(map) => read_mapped(path, map),
+                None => import::read(path, layout),
+            };
+            let recording = recording.map_err(|e| LibraryError::Import(Arc::new(e)))?;
+            for source in std::iter::once(&recording.source).chain(&recording.companions) {
+                if !self.sources.contains(source) {
+                    self.sources.push(source.clone());
+                }
+            }
+            self.last = Some((path.to_owned(), recording));
+        }
+        Ok(&self.last.as_ref().expect("read above at the latest").1)
+    }
+
+    fn read(&mut self, wanted: &Wanted, settings: &Settings) -> Result<Case, LibraryError> {
+        let (path, layout) = self.find(&wanted.file)?;
+        let mut preparation = self.preparation.clone();
+        let recording = self.recording(&path, layout)?;
+        let mut ids = recording.platoons.iter().filter_map(|platoon| platoon.id.as_deref());
+        // A column of this name in the table means nothing to files without ids.
+        if let Some(example) = ids.next() {
+            preparation.trajectory_id.clone_from(&wanted.trajectory);
+            if wanted.trajectory.is_none() && ids.next().is_some() {
+                let (file, example) = (recording.source.path.clone(), example.to_owned());
+                return Err(LibraryError::NoTrajectory { file, example });
             }
         }
-        let segments =
-            prepare(&recording, follower, &self.preparation).map_err(|e| LibraryError::Prepare(Arc::new(e)))?;
-        let [trajectory] = segments.as_slice() else {
-            return Err(LibraryError::Segments { platoon: platoon.to_owned(), follower, segments: segments.len() });
-        };
+        let mut segments =
+            prepare(recording, wanted.follower, &preparation).map_err(|e| LibraryError::Prepare(Arc::new(e)))?;
+        if let (NamedFile::Platoon(platoon), true) = (&wanted.file, segments.len() > 1) {
+            let (platoon, follower, segments) = (platoon.clone(), wanted.follower, segments.len());
+            return Err(LibraryError::Segments { platoon, follower, segments });
+        }
+        let longest = (0..segments.len()).rev().max_by_key(|&k| segments[k].len()).expect("prepare gives one at least");
+        let trajectory = &segments.swap_remove(longest);
         self.notes.extend(trajectory.preparation().map(|note| format!("{}: {note}", trajectory.label)));
         self.faults.extend(trajectory.faults().map(|fault| format!("{}: {fault}", trajectory.label)));
         let vehicle = self.vehicles.iter().find(|v| v.is_called(&trajectory.name));
         let any = Variant::from_id(1).expect("variant 1 exists");
         Ok(Case::new(trajectory, any, vehicle, settings.convention, settings.tau_p_upper)?)
     }
+}
+
+/// Whether a file has this name without its ending.
+fn is_called(path: &Path, stem: &str) -> bool {
+    path.file_stem().is_some_and(|own| own == stem)
 }

@@ -83,7 +83,7 @@ pub enum TableError {
         found: usize,
     },
     /// A column that every row needs is missing.
-    #[error("{path}:1: column {missing} is missing; the file has {} (needed: model_id or variant, platoon, follower_position; separated by commas)", if found.is_empty() { "nothing".to_owned() } else { found.join(", ") })]
+    #[error("{path}:1: column {missing} is missing; the file has {} (needed: model_id or variant, follower_position, and platoon or file unless --data is one file; separated by commas)", if found.is_empty() { "nothing".to_owned() } else { found.join(", ") })]
     Column {
         /// The table.
         path: String,
@@ -132,7 +132,7 @@ pub fn evaluate_table(
     let read_error = |source| TableError::Read { path: path.to_owned(), source };
     let mut reader = csv::ReaderBuilder::new().flexible(true).from_reader(input);
     let headers = reader.byte_headers().map_err(read_error)?.clone();
-    let columns = Columns::find(&headers, path)?;
+    let columns = Columns::find(&headers, path, library.is_one_file())?;
     let mut writer = csv::WriterBuilder::new().flexible(true).from_writer(output);
     writer.write_byte_record(&output_headers(&headers, settings)).map_err(TableError::Write)?;
 

@@ -1,6 +1,6 @@
 //! One row of the table: the requested run, or why there is none.
 
-use super::library::{Library, LibraryError};
+use super::library::{Library, LibraryError, NamedFile, Wanted};
 use super::{Settings, TableError};
 use crate::catalog::Variant;
 use crate::evaluator::{Case, CaseError, InvalidParameter};
@@ -13,13 +13,16 @@ use csv::ByteRecord;
 /// Largest number of columns of a table: its own, and others that a user keeps beside them.
 const COLUMNS: usize = 1000;
 
-/// Where the needed columns are.
+/// Where the needed columns are. Those of the table of a fleet have other names: `model`, `file`, `follower`, and units behind those of parameters.
 pub(super) struct Columns {
     width: usize,
     /// The existing ones; a row may fill either.
     model_id: Option<usize>,
     variant: Option<usize>,
-    platoon: usize,
+    /// Neither is needed where all rows are of one file.
+    platoon: Option<usize>,
+    file: Option<usize>,
+    trajectory: Option<usize>,
     follower: usize,
     parameters: Vec<(Symbol, usize)>,
     /// Other columns: parameters of laws, the user's own, or misspelt.
@@ -27,7 +30,8 @@ pub(super) struct Columns {
 }
 
 impl Columns {
-    pub(super) fn find(headers: &ByteRecord, path: &str) -> Result<Columns, TableError> {
+    /// `one_file`: whether all rows are of one file, so that none has to name it.
+    pub(super) fn find(headers: &ByteRecord, path: &str, one_file: bool) -> Result<Columns, TableError> {
         if headers.len() > COLUMNS {
             return Err(TableError::Wide { path: path.to_owned(), most: COLUMNS, found: headers.len() });
         }
@@ -37,39 +41,54 @@ impl Columns {
             .map(|name| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').trim().to_owned())
             .collect();
         let position = |wanted: &str| names.iter().position(|name| name == wanted);
-        let needed = ["model_id", "variant", "platoon", "follower_position"];
-        let wanted = needed.into_iter().chain(Symbol::ALL.iter().map(|s| s.name()));
-        if let Some(twice) = wanted.into_iter().find(|w| names.iter().filter(|name| name == w).count() > 1) {
-            return Err(TableError::Twice { path: path.to_owned(), column: twice });
+        let read = ["model_id", "variant", "model", "platoon", "file", "trajectory", "follower_position", "follower"];
+        for wanted in read.into_iter().chain(Symbol::ALL.iter().map(|s| s.name())) {
+            if names.iter().filter(|name| *name == wanted).count() > 1 {
+                return Err(TableError::Twice { path: path.to_owned(), column: wanted });
+            }
         }
         let need = |found: Option<usize>, missing| {
             found.ok_or_else(|| TableError::Column { path: path.to_owned(), missing, found: names.clone() })
         };
-        let known = |name: &String| needed.contains(&name.as_str()) || Symbol::from_name(name).is_some();
-        let parameters = Symbol::ALL.iter().filter_map(|&symbol| Some((symbol, position(symbol.name())?)));
+        let of_symbol = |symbol: Symbol| position(symbol.name()).or_else(|| position(&symbol.column()));
+        let parameters: Vec<(Symbol, usize)> =
+            Symbol::ALL.iter().filter_map(|&symbol| Some((symbol, of_symbol(symbol)?))).collect();
         let (model_id, variant) = (position("model_id"), position("variant"));
+        let variant = variant.or_else(|| position("model").filter(|_| model_id.is_none()));
         need(model_id.or(variant), "model_id")?;
+        let platoon = position("platoon");
+        let file = position("file").filter(|_| platoon.is_none());
+        if !one_file {
+            need(platoon.or(file), "platoon")?;
+        }
+        let is_known =
+            |name: &str, column: usize| read.contains(&name) || parameters.iter().any(|(_, known)| *known == column);
         Ok(Columns {
             width: names.len(),
             model_id,
             variant,
-            platoon: need(position("platoon"), "platoon")?,
-            follower: need(position("follower_position"), "follower_position")?,
-            parameters: parameters.collect(),
+            platoon,
+            file,
+            trajectory: position("trajectory"),
+            follower: need(position("follower_position").or_else(|| position("follower")), "follower_position")?,
             others: names
                 .iter()
                 .cloned()
                 .enumerate()
-                .filter(|(_, name)| !known(name))
+                .filter(|(k, name)| !is_known(name, *k))
                 .map(|(k, name)| (name, k))
                 .collect(),
+            parameters,
         })
     }
 
     /// The column of a parameter; that of a law's own has its name.
     fn of(&self, symbol: Symbol) -> Option<usize> {
         let known = self.parameters.iter().find(|(known, _)| *known == symbol).map(|(_, column)| *column);
-        known.or_else(|| self.others.iter().find(|(name, _)| name == symbol.name()).map(|(_, column)| *column))
+        let others = || self.others.iter();
+        let by_name = || others().find(|(name, _)| name == symbol.name());
+        let own = || by_name().or_else(|| others().find(|(name, _)| *name == symbol.column()));
+        known.or_else(|| own().map(|(_, column)| *column))
     }
 
     /// Parameters of a row that its variant does not have. Nothing, NaN and 0 mean a missing parameter.
@@ -148,7 +167,12 @@ fn parse(
         };
         parameters.set(symbol, value);
     }
-    let case = library.case(&text(columns.platoon), follower, settings)?.for_variant(variant)?;
+    let file = match (columns.platoon, columns.file) {
+        (Some(stem), _) => NamedFile::Platoon(text(stem)),
+        (None, path) => NamedFile::Path(path.map(text).unwrap_or_default()),
+    };
+    let wanted = Wanted { file, trajectory: filled(columns.trajectory), follower };
+    let case = library.case(wanted, settings)?.for_variant(variant)?;
     case.check(&parameters)?;
     library.uses_vehicle_of(&case);
     let (v_0, fastest) = (parameters.get(Symbol::v_0), case.v_f.iter().copied().fold(0.0, f64::max));

@@ -96,7 +96,9 @@ impl Local {
         gof: &GoodnessOfFit,
         space: &SearchSpace,
         candidate: &[f64],
+        stop: &mut dyn FnMut() -> bool,
     ) -> Result<Result<Local, Refused>, EvaluateError> {
+        const STOPPED: &str = "stopped before it was known";
         let cases = exactly.cases();
         let free = space.free();
         let n = free.len();
@@ -116,6 +118,9 @@ impl Local {
         };
         let (mut sloped, mut forms) = (false, Vec::new());
         for case in cases {
+            if stop() {
+                return Ok(Err(local.refused(STOPPED)));
+            }
             let Some(signals) = local.signals(case, gof, space, candidate) else {
                 return Ok(Err(local.refused("the score is not defined around the candidate")));
             };
@@ -147,6 +152,9 @@ impl Local {
         local.ridge = RIDGE * largest;
         local.curvature += DMatrix::identity(n, n) * local.ridge;
         for (k, form) in forms.iter().enumerate() {
+            if stop() {
+                return Ok(Err(local.refused(STOPPED)));
+            }
             match form.noise(exactly, k, space, candidate)? {
                 Some((noise, pieces, power)) => {
                     local.noise += noise;

@@ -95,9 +95,10 @@ pub fn identify(
     evaluator: &dyn Evaluator,
     space: &SearchSpace,
     candidate: &[f64],
+    stop: &mut dyn FnMut() -> bool,
 ) -> Result<Identifiability, EvaluateError> {
     let lanes = Lanes::new(evaluator.cases().to_vec(), *evaluator.gof(), LanesPrecision::F64)?;
-    identify_on(Exactly { lanes: &lanes, first: 0, count: evaluator.cases().len() }, space, candidate)
+    identify_on(Exactly { lanes: &lanes, first: 0, count: evaluator.cases().len() }, space, candidate, stop)
 }
 
 /// Drives below this are too short for reliable intervals \[s\].
@@ -113,9 +114,10 @@ pub fn identify_on(
     exactly: Exactly<'_>,
     space: &SearchSpace,
     candidate: &[f64],
+    stop: &mut dyn FnMut() -> bool,
 ) -> Result<Identifiability, EvaluateError> {
     let none = |note, evaluations| Ok(Identifiability { note: Some(note), evaluations, ..Identifiability::default() });
-    let local = match local::Local::new(exactly, exactly.lanes.gof(), space, candidate)? {
+    let local = match local::Local::new(exactly, exactly.lanes.gof(), space, candidate, stop)? {
         Ok(local) => local,
         Err(refused) => return none(refused.note, refused.evaluations),
     };

@@ -143,6 +143,8 @@ fn kept(name: &str, file: &str, text: &str, rank: usize) -> Result<&'static Exte
 
 /// Name of the function that gives the spacing at constant speed, after the law's name and `_`.
 pub(super) const EQUILIBRIUM: &str = "equilibrium";
+/// The function of a model that gives it.
+const SPACING: &str = "equilibrium_spacing";
 
 /// A text that is read.
 pub(super) struct Reader<'a> {
@@ -345,7 +347,18 @@ impl<'a> Reader<'a> {
     fn equilibrium(&self) -> Result<bool, ShaderError> {
         let module = &self.checked.module;
         let wanted = format!("{}_{EQUILIBRIUM}", self.name);
-        let Some((function, span)) = self.function(EQUILIBRIUM) else { return Ok(false) };
+        let Some((function, span)) = self.function(EQUILIBRIUM) else {
+            return match self.asks_for_equilibrium() {
+                Some(span) => self.refuse(
+                    span,
+                    format!(
+                        "`{SPACING}` is found from this law, which cannot ask for it itself; define \
+                         `fn {wanted}(own: Parameters, v: f32) -> f32`, the spacing at which the speed v is kept, and call that"
+                    ),
+                ),
+                None => Ok(false),
+            };
+        };
         let arguments: Vec<Argument> =
             (0..function.arguments.len()).map(|k| self.argument(function, k, span)).collect::<Result<_, _>>()?;
         let is_number = |ty: Handle<Type>| module.types[ty].inner == TypeInner::Scalar(naga::Scalar::F32);
@@ -359,6 +372,17 @@ impl<'a> Reader<'a> {
             );
         }
         Ok(true)
+    }
+
+    /// Where one of its functions asks for the equilibrium spacing of the model.
+    fn asks_for_equilibrium(&self) -> Option<Span> {
+        let functions = &self.checked.module.functions;
+        let own = functions.iter().filter(|(_, function)| self.own_name(function.name.as_deref()).is_some());
+        own.flat_map(|(_, function)| function.expressions.iter().map(move |(handle, one)| (function, handle, one)))
+            .find(|(.., one)| {
+                matches!(one, Expression::CallResult(called) if functions[*called].name.as_deref() == Some(SPACING))
+            })
+            .map(|(function, handle, _)| function.expressions.get_span(handle))
     }
 
     fn state(&self) -> Result<Vec<(String, crate::extension::Initial)>, ShaderError> {

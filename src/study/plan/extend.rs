@@ -1,6 +1,6 @@
 //! Extensions and laws of a plan: built-in ones by name, users' files.
 
-use super::super::merge::{calibration_columns, column_clash, parameter_column};
+use super::super::merge::{calibration_columns, column_clash};
 use super::text::Reader;
 use super::{Extend, PlanError};
 use crate::catalog::Variant;
@@ -117,7 +117,7 @@ impl Reader<'_> {
         let taken: Vec<String> = calibration_columns().collect();
         let columns = |all: &[Extend]| -> Vec<(Symbol, String)> {
             let own = all.iter().flat_map(|one| one.extension.own_parameters());
-            own.map(|symbol| (symbol, parameter_column(symbol))).collect()
+            own.map(|symbol| (symbol, symbol.column())).collect()
         };
         let of_laws = columns(laws);
         for (key, columns) in [(VARIANTS, of_laws.clone()), (EXTEND, [of_laws, columns(extend)].concat())] {

@@ -4,7 +4,7 @@ mod pages;
 
 use crate::text::bounded::{LINE_MAX, ROW, TABLE_MAX};
 use crate::trajectory::error::ImportError;
-use pages::{FOOTER, Pages};
+use pages::{Dictionaries, FOOTER, Pages};
 use parquet::basic::ConvertedType;
 use parquet::file::metadata::ParquetMetaData;
 use parquet::file::reader::{FileReader, SerializedFileReader};
@@ -14,6 +14,7 @@ use parquet::schema::types::Type;
 use std::fs::File;
 use std::io::{self, Read};
 use std::panic::{AssertUnwindSafe, catch_unwind};
+use std::sync::Arc;
 
 /// First bytes of a Parquet file.
 pub(super) const MAGIC: [u8; 4] = *b"PAR1";
@@ -43,13 +44,15 @@ impl Text {
             ImportError::Open { path: path.to_owned(), source }
         };
         let length = file.metadata().map_err(|error| failed(error.to_string()))?.len();
-        let reader = of_library(|| SerializedFileReader::new(Pages::of(file))).map_err(failed)?;
+        let dictionaries = Arc::new(Dictionaries::default());
+        let pages = Pages::of(file, Arc::clone(&dictionaries));
+        let reader = of_library(|| SerializedFileReader::new(pages)).map_err(failed)?;
         let schema = reader.metadata().file_metadata().schema();
         if schema.get_fields().is_empty() {
             return Err(failed("it has no column".to_owned()));
         }
         schema.get_fields().iter().try_for_each(|column| refuse_type(column)).map_err(failed)?;
-        refuse_ranges(reader.metadata(), length).map_err(failed)?;
+        refuse_ranges(reader.metadata(), length, &dictionaries).map_err(failed)?;
         refuse_rows(reader.metadata()).map_err(failed)?;
         let names: Vec<String> = schema.get_fields().iter().map(|field| quoted(field.name())).collect();
         let line = (names.join(",") + "\n").into_bytes();
@@ -101,17 +104,19 @@ fn refuse_rows(metadata: &ParquetMetaData) -> Result<(), String> {
     }
 }
 
-/// The library assumes that columns lie within the file.
-fn refuse_ranges(metadata: &ParquetMetaData, length: u64) -> Result<(), String> {
-    let outside = |start: i64, size: i64| {
-        let end = u64::try_from(start).ok().zip(u64::try_from(size).ok()).and_then(|(a, b)| a.checked_add(b));
-        end.is_none_or(|end| end > length.saturating_sub(FOOTER))
+/// The library takes it for granted that columns lie within the file. Where they do, their dictionaries are watched.
+fn refuse_ranges(metadata: &ParquetMetaData, length: u64, dictionaries: &Dictionaries) -> Result<(), String> {
+    let within = |start: i64, size: i64| {
+        let start = u64::try_from(start).ok()?;
+        let end = start.checked_add(u64::try_from(size).ok()?)?;
+        (end <= length.saturating_sub(FOOTER)).then_some((start, end))
     };
     for column in metadata.row_groups().iter().flat_map(|group| group.columns()) {
         let start = column.dictionary_page_offset().unwrap_or_else(|| column.data_page_offset());
-        if outside(start, column.compressed_size()) {
+        let Some((start, end)) = within(start, column.compressed_size()) else {
             return Err(format!("column {} does not lie within the file", column.column_path()));
-        }
+        };
+        dictionaries.watch(start, end);
     }
     Ok(())
 }

@@ -3,9 +3,11 @@
 use crate::text::bounded::TABLE_MAX;
 use parquet::errors::{ParquetError, Result};
 use parquet::file::reader::{ChunkReader, Length};
+use std::collections::BTreeMap;
 use std::fs::File;
 use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::sync::atomic::{AtomicU64, Ordering};
+use std::sync::{Arc, Mutex, PoisonError};
 
 /// End of a file, behind its columns: the length of the metadata, and the magic number \[bytes\].
 pub(super) const FOOTER: u64 = 8;
@@ -22,11 +24,36 @@ pub(super) struct Pages {
     file: File,
     /// Bytes of all pages so far, unpacked.
     unpacked: AtomicU64,
+    dictionaries: Arc<Dictionaries>,
 }
 
 impl Pages {
-    pub fn of(file: File) -> Pages {
-        Pages { file, unpacked: AtomicU64::new(0) }
+    pub fn of(file: File, dictionaries: Arc<Dictionaries>) -> Pages {
+        Pages { file, unpacked: AtomicU64::new(0), dictionaries }
+    }
+}
+
+/// Which parts of columns have a dictionary: by their first byte, their end and whether a page with a dictionary has been met. The library takes it
+/// for granted that pages which refer to one come behind it.
+#[derive(Default)]
+pub(super) struct Dictionaries(Mutex<BTreeMap<u64, (u64, bool)>>);
+
+impl Dictionaries {
+    /// Adds the part of a column from one byte to another.
+    pub fn watch(&self, start: u64, end: u64) {
+        self.0.lock().unwrap_or_else(PoisonError::into_inner).insert(start, (end, false));
+    }
+
+    fn check(&self, at: u64, header: &Header) -> std::result::Result<(), String> {
+        let mut parts = self.0.lock().unwrap_or_else(PoisonError::into_inner);
+        let Some((_, (_, met))) = parts.range_mut(..=at).next_back().filter(|(_, (end, _))| at < *end) else {
+            return Ok(());
+        };
+        *met |= header.is_dictionary;
+        if header.uses_dictionary && !*met {
+            return Err("a page refers to a dictionary that its column does not have".to_owned());
+        }
+        Ok(())
     }
 }
 
@@ -46,7 +73,7 @@ impl ChunkReader for Pages {
             return Ok(reader);
         }
         let header = Header::read(&mut reader.by_ref().take(HEADER_MAX))?;
-        header.check().map_err(ParquetError::General)?;
+        header.check().and_then(|()| self.dictionaries.check(start, &header)).map_err(ParquetError::General)?;
         let page = header.unpacked.max(0).unsigned_abs().into();
         if self.unpacked.fetch_add(page, Ordering::Relaxed) + page > TABLE_MAX {
             return Err(ParquetError::General(format!("expected at most {TABLE_MAX} bytes, unpacked, found more")));
@@ -68,7 +95,9 @@ struct Header {
     /// Values of a dictionary.
     values: i32,
     is_dictionary: bool,
-    /// Text as a common prefix with the one before, whose lengths the library does not check.
+    /// Values as places in a dictionary.
+    uses_dictionary: bool,
+    /// Text as what it has in common with the one before, whose lengths the library takes on trust.
     is_text_delta: bool,
 }
 
@@ -124,7 +153,11 @@ impl Header {
             (0, UNPACKED) => self.unpacked = self.unpacked.max(value),
             (DICTIONARY, 1) => self.values = self.values.max(value),
             // DELTA_LENGTH_BYTE_ARRAY and DELTA_BYTE_ARRAY.
-            (DATA, 2) | (DATA_V2, 4) => self.is_text_delta |= [6, 7].contains(&value),
+            // And PLAIN_DICTIONARY and RLE_DICTIONARY.
+            (DATA, 2) | (DATA_V2, 4) => {
+                self.is_text_delta |= [6, 7].contains(&value);
+                self.uses_dictionary |= [2, 8].contains(&value);
+            }
             _ => {}
         }
     }
