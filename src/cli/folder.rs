@@ -68,6 +68,14 @@ pub const RACE: &str = "race.svg";
 /// The bounds of the recommended model.
 pub const RECOMMENDED_BOUNDS: &str = "bounds.toml";
 
+/// The file of a diagnosis, if a given result is one: its folder, or the file itself.
+pub fn diagnosis_file(given: &Path) -> Option<PathBuf> {
+    if given.file_name().is_some_and(|name| name == DIAGNOSIS) {
+        return Some(given.to_owned());
+    }
+    Some(given.join(DIAGNOSIS)).filter(|file| file.is_file() && !given.join(RESULT).exists())
+}
+
 /// The tables and pictures of the diagnosis in a folder; none without one.
 pub fn of_diagnosis(folder: &Path) -> Vec<String> {
     let count = counted(&folder.join(DIAGNOSIS), "drives");

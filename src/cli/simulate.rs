@@ -10,7 +10,7 @@ use crate::reference::Trace;
 use crate::report::text::wrapped;
 use crate::report::{plot, simulation};
 use crate::rescore;
-use crate::result::{ResultFile, Treatment, VehicleEntry};
+use crate::result::{ResultFile, Treatment, VehicleEntry, diagnosis, read_bounded};
 use crate::score::{GoodnessOfFit, Measures, Signal};
 use crate::simulate::{Ahead, CalibratedVariant, follow};
 use crate::trajectory::Recording;
@@ -24,7 +24,7 @@ pub struct Args {
     /// Measured file
     #[arg(value_name = "FILE")]
     file: PathBuf,
-    /// Folder that calibrate wrote with --out, or the result.json in it; with --platoon one for all followers, or one per
+    /// Folder that calibrate wrote with --out, or the result.json in it; or that of a diagnosis, for its recommended model; with --platoon one for all followers, or one per
     /// follower in order. Of a folder of calibrate --all, or its parameters.csv, the row of the driver that --follower or --trajectory names
     #[arg(long, required = true, value_name = "RESULT")]
     result: Vec<PathBuf>,
@@ -154,6 +154,17 @@ fn read(args: &Args, given: &Path, driver: Option<&str>) -> anyhow::Result<Calib
         }
         let variant = fleet_row::of_driver(&folder, driver, &args.file)?;
         return Ok(Calibrated { path: given.to_owned(), vehicle: None, treatment: None, variant });
+    }
+    if let Some(path) = folder::diagnosis_file(given) {
+        let outcome: diagnosis::Outcome = serde_json::from_str(&read_bounded(&path)?)
+            .with_context(|| format!("{}: expected a diagnosis of this version of leadlag", path.display()))?;
+        let variant =
+            outcome.recommended_model().with_context(|| format!("{}: cannot be simulated", path.display()))?;
+        let Some(variant) = variant else {
+            let message = format!("--result {}: this diagnosis recommends no model", given.display());
+            return Err(Usage(message).into());
+        };
+        return Ok(Calibrated { path, vehicle: None, treatment: None, variant });
     }
     let path = result_file(given)?;
     let file = ResultFile::read(&path)?;

@@ -235,3 +235,31 @@ fn a_diagnosis_has_the_fields_of_its_contract() {
         leadlag(&["--threads", "1", "diagnose", "--data", &file, "--base", "idm", "--effort", "quick", "--json"]);
     assert_eq!(String::from_utf8(again.stdout).expect("UTF-8"), text);
 }
+
+/// The folder of a diagnosis is a result: its recommended model runs on other drives, and a diagnosis without one is refused.
+#[test]
+fn a_recommended_model_can_be_simulated() {
+    let folder = scratch("diagnose_cli", "recommended");
+    let noise = ["--base", "l-cth", "--gap-noise", "0.02", "--speed-noise", "0.02"];
+    let late = pair(&folder, 3, 600, &[&noise[..], &["--effect", "actuation_lag:ta=0.8"]].concat());
+    let out = folder.join("out");
+    let out = out.to_str().expect("UTF-8");
+    let text = ok(&["diagnose", &late, "--base", "l-cth", "--effort", "quick", "--json", "--out", out]);
+    let json: Value = serde_json::from_str(&text).expect("JSON");
+    let recommended = &json["recommended"];
+    assert_eq!(recommended["causes"][0]["name"], "actuation_lag", "{recommended}");
+    assert_eq!(recommended["safe"], true, "{recommended}");
+    let ta = recommended["parameters"]["ta"].as_f64().expect("a number");
+    assert!((ta - 0.8).abs() < 0.03, "{ta}");
+    // Fitted to the whole drive, it is at least as good there as where its fits left parts out.
+    let run: Value = serde_json::from_str(&ok(&["simulate", &late, "--result", out, "--json"])).expect("JSON");
+    let score = run["runs"][0]["score"]["nrmse_sva"].as_f64().expect("a score");
+    let left_out = recommended["per_drive"][0]["extended"].as_f64().expect("a score");
+    assert!(score <= 1.02 * left_out, "{score} {left_out}");
+    let short = pair(&folder, 4, 120, &noise);
+    let nothing = folder.join("nothing");
+    let nothing = nothing.to_str().expect("UTF-8");
+    ok(&["diagnose", &short, "--base", "l-cth", "--effort", "quick", "--out", nothing]);
+    let (code, message) = fails(&["simulate", &short, "--result", nothing]);
+    assert!(code == 2 && message.contains("this diagnosis recommends no model"), "{message}");
+}
