@@ -28,6 +28,7 @@ crate::numbers! {
     held_matters = 0.01, "-", "Share of a drive that was held, or filled in, from which on parameters follow it";
     coloured = 0.42, "-", "Autocorrelation of third differences beside that of white noise: sensors have up to 0.36";
     slow_rate = 2.0, "Hz", "A signal of a lower rate than this lacks what tells accelerations";
+    held_rate = 5.5, "Hz", "A signal that is held between samples of up to this rate: at 5 Hz it moves a_min by 6 %";
     coarse_speed = 0.2, "m/s", "Steps of a speed from here on are seen in the acceleration: km/h without decimals";
     coarse_gap = 0.5, "m", "Steps of a gap from here on are seen in the spacing";
     fast = 55.0, "m/s", "Hardly a car behind another one is faster: 198 km/h";

@@ -166,7 +166,7 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
     let rate = 1.0 / (link.dt * factor);
     let held = how == HELD;
     let finding = Finding {
-        matters: rate < LIMITS.slow_rate,
+        matters: rate < if held { LIMITS.held_rate } else { LIMITS.slow_rate },
         remedies: if held { vec![Remedy::of("correct")] } else { Vec::new() },
         sentence: format!(
             "{}: sampled at {rate:.3} Hz, not at the file's {:.3} Hz, and {how}",
