@@ -15,28 +15,43 @@ use crate::wgsl::extension_named;
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 
+/// The table of parameters of a fleet.
+const TABLE: &str = "parameters.csv";
+
 /// So many drivers are named in a message.
 const NAMED: usize = 5;
 
 /// The folder of a fleet, if a result that is given is one: the folder itself, its table or its `fleet.json`.
 pub fn folder_of(given: &Path) -> Option<PathBuf> {
-    let is_file = given.file_name().is_some_and(|name| name == FLEET || name == "parameters.csv");
+    let is_file = given.file_name().is_some_and(|name| name == FLEET || name == TABLE);
     let folder = if given.is_dir() { given } else { given.parent().filter(|_| is_file)? };
     let folder = if folder.as_os_str().is_empty() { Path::new(".") } else { folder };
     folder.join(FLEET).is_file().then(|| folder.to_owned())
 }
 
-/// What was calibrated for a driver: the only one, or the one of this id, with the model that the fleet has chosen.
-pub fn of_driver(folder: &Path, driver: Option<&str>) -> anyhow::Result<CalibratedVariant> {
+/// The fleet of a folder, and its rows that have a result of the model that it has chosen.
+fn chosen(folder: &Path) -> anyhow::Result<(FleetFile, Vec<Shown>)> {
     settle(folder)?;
     let path = folder.join(FLEET);
     let file: FleetFile = serde_json::from_str(&read_bounded(&path)?)
         .with_context(|| format!("{}: expected a fleet of this version of leadlag", path.display()))?;
     let own = file.chosen().with_context(|| format!("{}: expected a model, found none", path.display()))?;
-    let table = folder.join("parameters.csv");
-    let shown = table.display();
     let is_own = |row: &Shown| row.model == own.model && row.gof == own.gof && row.score.is_finite();
-    let all: Vec<Shown> = rows(&table, &file)?.into_iter().filter(is_own).collect();
+    let all = rows(&folder.join(TABLE), &file)?.into_iter().filter(is_own).collect();
+    Ok((file, all))
+}
+
+/// What was calibrated for every driver, with its row.
+pub fn of_all(folder: &Path) -> anyhow::Result<Vec<(Shown, CalibratedVariant)>> {
+    let (file, all) = chosen(folder)?;
+    all.into_iter().map(|row| calibrated(folder, &file, &row).map(|variant| (row, variant))).collect()
+}
+
+/// What was calibrated for a driver: the only one, or the one of this id, with the model that the fleet has chosen.
+pub fn of_driver(folder: &Path, driver: Option<&str>) -> anyhow::Result<CalibratedVariant> {
+    let (file, all) = chosen(folder)?;
+    let table = folder.join(TABLE);
+    let shown = table.display();
     let found: Vec<&Shown> = all.iter().filter(|row| driver.is_none_or(|id| row.name == id)).collect();
     let [row] = found.as_slice() else {
         let names: Vec<&str> = all.iter().map(|row| row.name.as_str()).collect();
@@ -50,6 +65,13 @@ pub fn of_driver(folder: &Path, driver: Option<&str>) -> anyhow::Result<Calibrat
         };
         return Err(Usage(format!("{shown}: expected one driver; {asked}; it has {listed}{more}{near}")).into());
     };
+    calibrated(folder, &file, row)
+}
+
+/// The variant of a row with its parameters.
+fn calibrated(folder: &Path, file: &FleetFile, row: &Shown) -> anyhow::Result<CalibratedVariant> {
+    let (path, table) = (folder.join(FLEET), folder.join(TABLE));
+    let own = file.chosen().with_context(|| format!("{}: expected a model, found none", path.display()))?;
     let variant = variant(&own.model).with_context(|| {
         format!(
             "{}: expected a built-in model, found {}; a fleet keeps no text of a law or cause of one's own: calibrate this driver by itself",
@@ -64,7 +86,7 @@ pub fn of_driver(folder: &Path, driver: Option<&str>) -> anyhow::Result<Calibrat
         parameters.set(
             symbol,
             value.with_context(|| {
-                format!("{shown}: {}: expected a number for {}, found none", row.name, symbol.name())
+                format!("{}: {}: expected a number for {}, found none", table.display(), row.name, symbol.name())
             })?,
         );
     }

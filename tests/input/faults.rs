@@ -252,3 +252,22 @@ fn lorries_are_read_and_noted() {
     assert!(!notes(4.6).expect("cars").contains("LongVehicles"));
     assert!(notes(45.0).expect_err("no vehicle").contains("1.5 to 30 m long"));
 }
+
+#[test]
+fn a_pair_of_sumo_goes_on_across_edges_and_absent_leaders_are_counted() {
+    let mut table =
+        "timestep_time;vehicle_id;vehicle_lane;vehicle_leaderID;vehicle_leaderGap;vehicle_speed\n".to_owned();
+    for k in 0..600 {
+        let (t, lane) = (f64::from(k) * 0.1, ["E0_0", ":J1_0_0", "E1_0"][k as usize / 200]);
+        table += &format!("{t:.1};lead;{lane};gone;40.0;15\n{t:.1};ego;{lane};lead;{:.2};15\n", 20.0 + 0.01 * t);
+    }
+    let map = ColumnMap::find("sumo-fcd").expect("it is shipped");
+    let recording = read_mapped_from(table.as_bytes(), "fcd.csv", &map).expect("it is read");
+    let lengths: Vec<usize> = recording.platoons.iter().map(|platoon| platoon.t.len()).collect();
+    assert_eq!(lengths, [600]);
+    let said: Vec<String> = recording.platoons[0].notes.iter().map(ToString::to_string).collect();
+    assert!(
+        said.iter().any(|note| note.starts_with("1 vehicles name a vehicle ahead that is not in the table")),
+        "{said:?}"
+    );
+}

@@ -11,6 +11,8 @@ use std::fmt;
 pub enum Note {
     /// The file marks who drives: at this time the mode begins (or the file starts with it).
     DriverMode { car: usize, t_s: f64, mode: String },
+    /// Vehicles that follow, at least for a while, one that is not in the table.
+    LeadersAbsent { vehicles: usize },
     /// Half of the vehicles are longer than cars, as `column` says.
     LongVehicles { column: String, median_m: f64 },
     /// Columns that no layout knows were not read.
@@ -84,6 +86,12 @@ impl fmt::Display for Note {
         match self {
             Note::DriverMode { car, t_s, mode } => {
                 write!(f, "car {car}: driver mode {mode} from {t_s:.1} s")
+            }
+            Note::LeadersAbsent { vehicles } => {
+                write!(
+                    f,
+                    "{vehicles} vehicles name a vehicle ahead that is not in the table; what they drive behind it is left out"
+                )
             }
             Note::LongVehicles { column, median_m } => write!(
                 f,

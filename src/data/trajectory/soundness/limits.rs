@@ -9,6 +9,7 @@ crate::numbers! {
     least_scale = 1e-4, "-", "A smaller scale is no fault: a metre in ten kilometres";
     scale_matters = 0.01, "-", "A scale from here on counts like a speed difference of 0.3 m/s on a motorway";
     least_clock = 0.02, "s", "A smaller shift of a clock is no fault: a fifth of a usual time step";
+    clock_share = 0.2, "-", "Nor is one below this share of the file's time step";
     clock_matters = 0.2, "s", "A shift from here on is as long as a reaction of a car with ACC";
     least_offset = 0.05, "m", "A smaller offset of the gap is no fault";
     offset_matters = 0.5, "m", "An offset from here on changes `d_0` by a fifth";
@@ -27,6 +28,7 @@ crate::numbers! {
     held_change = 1.0, "m", "Or the speeds tell that it changed by more meanwhile";
     held_matters = 0.01, "-", "Share of a drive that was held, or filled in, from which on parameters follow it";
     coloured = 0.42, "-", "Autocorrelation of third differences beside that of white noise: sensors have up to 0.36";
+    noise_rate = 8.0, "Hz", "In files of a lower rate driving leaves as much in third differences as the noise of sensors";
     slow_rate = 2.0, "Hz", "A signal of a lower rate than this lacks what tells accelerations";
     held_rate = 5.5, "Hz", "A signal that is held between samples of up to this rate: at 5 Hz it moves a_min by 6 %";
     coarse_speed = 0.2, "m/s", "Steps of a speed from here on are seen in the acceleration: km/h without decimals";

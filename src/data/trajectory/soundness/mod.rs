@@ -78,7 +78,7 @@ pub fn check_link(measured: &Link) -> Soundness {
     let mut link = measured.clone();
     let mut findings = Vec::new();
     let mut broken: Vec<Range<usize>> = Vec::new();
-    let (mut blurred, mut slow) = (false, false);
+    let (mut blurred, mut slow) = (false, measured.dt * LIMITS.slow_rate >= 1.0);
     for (k, signal) in measured.signals().into_iter().enumerate() {
         let values = &mut *[&mut link.v_l, &mut link.v_f, &mut link.gap][k];
         let resampled = noise::resampled(&signal, measured);
@@ -123,8 +123,9 @@ pub fn check_link(measured: &Link) -> Soundness {
         match clocks::Redundancy::estimate(&link, &usable, slow) {
             Some(redundancy) => {
                 findings.extend(redundancy.findings(&link, blurred));
-                // Scales and clocks are allowed for; where nothing else says so, that is enough.
+                // Scales and clocks are allowed for; where nothing else says so, that is enough. A short drive does not tell them.
                 let rms = redundancy.residual_rate_rms(&link, &usable);
+                let rms = level::rate_rms(&link, &usable).map_or(rms, |measured| measured.min(rms));
                 left = left.or((rms > LIMITS.unrelated).then_some(rms));
             }
             None => {

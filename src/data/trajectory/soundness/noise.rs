@@ -77,9 +77,10 @@ fn level(d: &[f64], block: usize) -> Option<(f64, f64)> {
     Some((sigma, if variance > 0.0 { sigma * error / (2.0 * variance) } else { 0.0 }))
 }
 
-/// True if there is as much noise as a sensor has.
+/// True if there is as much noise as a sensor has, which can be told.
 pub(super) fn noisy(signal: &Signal, link: &Link) -> bool {
-    level(&third(signal, link), link.samples(BLOCK_S)).is_some_and(|(sigma, _)| sigma > signal.noise_floor)
+    told(link)
+        && level(&third(signal, link), link.samples(BLOCK_S)).is_some_and(|(sigma, _)| sigma > signal.noise_floor)
 }
 
 /// Autocorrelation at lags 1 to [`LAGS`].
@@ -93,8 +94,16 @@ fn autocorrelation(d: &[f64]) -> Vec<f64> {
     (1..=LAGS).map(|lag| mean(lag) / variance).collect()
 }
 
+/// True if noise can be told from driving.
+fn told(link: &Link) -> bool {
+    link.dt * LIMITS.noise_rate <= 1.0
+}
+
 /// A signal that is smoother than a sensor's.
 pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
+    if !told(link) {
+        return None;
+    }
     let d = third(signal, link);
     let (sigma, error) = level(&d, link.samples(BLOCK_S))?;
     let off = autocorrelation(&d)

@@ -98,7 +98,13 @@ impl<'a> Long<'a> {
         let mut notes = Vec::new();
         let vehicles = tracks::vehicles(table, map, problems, &mut notes)?;
         let mut long = Long { table, map, time, speed, ahead: Vec::new(), vehicles, notes };
-        long.ahead = if map.is_searched() { long.nearest_in_front() } else { long.named_ahead() };
+        if map.is_searched() {
+            long.ahead = long.nearest_in_front();
+        } else {
+            let (ahead, vehicles) = long.named_ahead();
+            long.ahead = ahead;
+            long.notes.extend((vehicles > 0).then_some(Note::LeadersAbsent { vehicles }));
+        }
         Ok(long)
     }
 
