@@ -23,6 +23,8 @@ const SLOW_SCALE_ERROR: f64 = 0.05 / LIMITS.significant;
 /// Widest clock error that is searched \[s\], and the step of the search.
 const CLOCK_MAX_S: f64 = 3.0;
 const CLOCK_STEP_S: f64 = 0.2;
+/// The gap is compared over changes that begin so far apart \[s\].
+const PLACES_S: f64 = 1.0;
 /// Most steps of the estimation; each leaves a share of the clock's error that is half the scale's.
 const ROUNDS: usize = 6;
 /// The gap is averaged over so much to either side \[s\].
@@ -75,29 +77,37 @@ impl Redundancy {
         }
         let none = level::likelihood_of(&columns(link, usable, [0.0; 2]).values[0], usable);
         let mut late = coarse(link, usable);
-        let mut estimate = None;
+        let mut noises = None;
         // Gauss-Newton: the columns of the clocks are first-order.
-        for _ in 0..ROUNDS {
+        for round in 1..=ROUNDS {
             let columns = columns(link, usable, late);
-            let fit = level::fit(&columns, usable, link.dt)?;
-            let pair = |i: usize, at: Vector2<f64>| Pair {
-                value: at + Vector2::new(fit.beta[i], fit.beta[i + 1]),
-                covariance: fit.covariance.fixed_view::<2, 2>(i, i).clone_owned(),
-            };
-            let clock = pair(2, Vector2::new(late[0] - late[1], 0.5 * (late[0] + late[1])));
-            let next = [clock.value[1] + 0.5 * clock.value[0], clock.value[1] - 0.5 * clock.value[0]];
+            // The ratio of the noises hardly depends on what is left of a clock's error.
+            let ratio = *noises.get_or_insert_with(|| level::ratio(&columns, usable));
+            let beta = level::regress(&columns, usable, ratio, 0)?.beta;
+            let [differ, common] = [late[0] - late[1] + beta[2], 0.5 * (late[0] + late[1]) + beta[3]];
+            let next = [common + 0.5 * differ, common - 0.5 * differ];
             let moved = (next[0] - late[0]).abs().max((next[1] - late[1]).abs());
-            late = next.map(|l| l.clamp(-2.0 * CLOCK_MAX_S, 2.0 * CLOCK_MAX_S));
-            let mut scale = pair(0, Vector2::zeros());
-            scale.covariance[(1, 1)] += if slow { SLOW_SCALE_ERROR } else { COMMON_SCALE_ERROR }.powi(2);
-            // The residual has the noise of the gap times 1 + C, so that a small C alone would look likelier.
-            let shrunk = (usable.samples() - usable.stretches.len()) as f64 * (1.0 + scale.value[1]).max(1e-9).ln();
-            estimate = Some(Redundancy { estimate: [scale, clock], gain: fit.likelihood + shrunk - none });
-            if moved < 1e-3 {
-                break;
+            if moved < 1e-3 || round == ROUNDS {
+                let fit = level::regress(&columns, usable, ratio, level::lags(link.dt))?;
+                return Some(Redundancy::of(&fit, late, none, usable, slow));
             }
+            late = next.map(|l| l.clamp(-2.0 * CLOCK_MAX_S, 2.0 * CLOCK_MAX_S));
         }
-        estimate
+        None
+    }
+
+    /// The estimates by the last fit, made for speeds read `late` seconds later; `none` is the likelihood of no error.
+    fn of(fit: &level::Fit, late: [f64; 2], none: f64, usable: &Usable, slow: bool) -> Redundancy {
+        let pair = |i: usize, at: Vector2<f64>| Pair {
+            value: at + Vector2::new(fit.beta[i], fit.beta[i + 1]),
+            covariance: fit.covariance.fixed_view::<2, 2>(i, i).clone_owned(),
+        };
+        let clock = pair(2, Vector2::new(late[0] - late[1], 0.5 * (late[0] + late[1])));
+        let mut scale = pair(0, Vector2::zeros());
+        scale.covariance[(1, 1)] += if slow { SLOW_SCALE_ERROR } else { COMMON_SCALE_ERROR }.powi(2);
+        // The residual has the noise of the gap times 1 + C, so that a small C alone would look likelier.
+        let shrunk = (usable.samples() - usable.stretches.len()) as f64 * (1.0 + scale.value[1]).max(1e-9).ln();
+        Redundancy { estimate: [scale, clock], gain: fit.likelihood + shrunk - none }
     }
 
     /// What the estimates amount to; `blurred` if a signal is smoothed or resampled, which moves its events a little.
@@ -326,7 +336,7 @@ fn coarse(link: &Link, usable: &Usable) -> [f64; 2] {
     let places: Vec<usize> = usable
         .stretches
         .iter()
-        .flat_map(|r| (r.start + margin..r.end.saturating_sub(width + margin)).step_by(link.samples(0.3)))
+        .flat_map(|r| (r.start + margin..r.end.saturating_sub(width + margin)).step_by(link.samples(PLACES_S)))
         .collect();
     let change = |x: &[f64], i: usize, by: isize| {
         let at = i.saturating_add_signed(by);

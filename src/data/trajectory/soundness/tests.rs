@@ -142,6 +142,21 @@ fn a_speed_that_is_held_for_a_fifth_of_a_second_is_named() {
 }
 
 #[test]
+fn a_late_clock_is_one_fault() {
+    for k in 0..3 {
+        for late in [8, 15] {
+            let mut link = drive(0.1);
+            let whole = link.len();
+            for (place, values) in [&mut link.v_l, &mut link.v_f, &mut link.gap].into_iter().enumerate() {
+                *values = if place == k { values[..whole - late].to_vec() } else { values[late..].to_vec() };
+            }
+            let found = told(&link);
+            assert!(found.len() == 1 && found[0].contains(" s late against"), "{k} {late}: {found:?}");
+        }
+    }
+}
+
+#[test]
 fn other_units_of_time_are_named() {
     for (dt, size, expected) in [
         (0.1, 60.0, "unit = \"min\""),
