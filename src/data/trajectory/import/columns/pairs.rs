@@ -152,7 +152,7 @@ pub fn relative(column: &str, lead: &[f64], own: &[f64]) -> Option<ProblemKind> 
 /// What is wrong with the values of some rows: they are broken, or a vehicle drives backwards.
 fn faults(table: &Table, rows: &[usize]) -> Faults {
     let mut faults = table.faults(rows);
-    let of = |role| Some(rows.iter().map(|&row| table.numbers(role).map(|v| v[row])).collect::<Option<Vec<f64>>>()?);
+    let of = |role| rows.iter().map(|&row| table.numbers(role).map(|v| v[row])).collect::<Option<Vec<f64>>>();
     let relative = || relative(&table.called(Role::LeadSpeed), &of(Role::LeadSpeed)?, &of(Role::Speed)?);
     if let Some(kind) = relative() {
         faults.add(Problem { line: table.lines[rows[0]], column: None, kind });
