@@ -86,7 +86,7 @@ impl FindingKind {
     #[must_use]
     pub fn false_alarms(self) -> f64 {
         match self {
-            FindingKind::Resampled => 0.34,
+            FindingKind::SpeedScale | FindingKind::ClockOffset | FindingKind::Resampled => 0.34,
             _ => 0.0,
         }
     }
