@@ -57,15 +57,25 @@ pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str
         None if followers.iter().any(|(_, driver)| driver.is_some_and(is_human)) => {
             format!("{acc}, although the file says that a human drives; --bounds human is for human drivers")
         }
-        None if followers.iter().any(|(_, driver)| driver.is_some()) => {
-            format!("{acc}, because the file names the driver")
+        None if followers.iter().any(|(_, driver)| driver.is_some_and(is_controller)) => {
+            format!("{acc}, for the file says who drives")
         }
-        None => format!("{acc}, because the follower is a known car with adaptive cruise control"),
+        None if followers.iter().any(|(_, driver)| driver.is_some()) => {
+            format!(
+                "{acc}, because the file names drivers, but not whether they are human; use --bounds human for human drivers"
+            )
+        }
+        None => format!("{acc}, for the follower is known as a car with adaptive cruise control"),
         Some(_) => format!("{acc}, because the driver is unknown; use --bounds human for human drivers"),
     }
 }
 
-/// True for names that files give a human driver.
+/// True for what files call a controller; other words than these and those of a human are names.
+pub fn is_controller(driver: &str) -> bool {
+    ["ACC", "CACC", "automated"].iter().any(|word| driver.eq_ignore_ascii_case(word))
+}
+
+/// True for what files call a human driver.
 pub fn is_human(driver: &str) -> bool {
     ["human", "manual"].iter().any(|word| driver.eq_ignore_ascii_case(word))
 }

@@ -1,6 +1,6 @@
 //! Settings without effect and likely mistakes: one warning each, before the work.
 
-use super::bounds::is_human;
+use super::bounds::{is_controller, is_human};
 use super::reading::{Reading, start_assumed};
 use crate::calibrate::Overrides;
 use crate::catalog::{Constraint, Controller, Dynamics, Variant};
@@ -102,7 +102,7 @@ fn drivers(overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
             "{all}: the file names a human driver, but these bounds are for ACC cars; use --bounds human"
         ));
     }
-    let machine = loaded.iter().find(|one| one.driver().is_some_and(|driver| !is_human(driver)));
+    let machine = loaded.iter().find(|one| one.driver().is_some_and(is_controller));
     if let (Some(one), Some(other)) = (human.first(), machine) {
         said.push(format!(
             "{} and {} have a human driver and a controller according to the files, but get the same parameters",

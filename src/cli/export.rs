@@ -2,20 +2,23 @@
 
 use super::change::Change;
 use super::data::result_file;
-use super::folder::{FLEET, finish};
+use super::fleet_row;
+use super::folder::{finish, part};
 use super::{Usage, output};
 use crate::report::text::wrapped;
 use crate::result::ResultFile;
-use crate::sumo::{self, Drive, Export, Loss, Model, Motion, VehicleType};
+use crate::sumo::{self, Distribution, Drive, Export, Loss, Model, Motion, VehicleType};
 use crate::trajectory::Source;
 use anyhow::Context;
 use clap::ValueEnum;
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
 /// The vehicle type, and the mark of an export.
 const TYPE: &str = "vtype.add.xml";
 const LOSS: &str = "loss.json";
+const FLEET: &str = super::folder::FLEET;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -35,7 +38,7 @@ enum Command {
 
 #[derive(Debug, clap::Args)]
 struct SumoArgs {
-    /// Folder that calibrate wrote with --out, or the result.json in it
+    /// Folder that calibrate wrote with --out, or the result.json in it; of a fleet all sound drivers become a vTypeDistribution
     #[arg(value_name = "RESULT")]
     result: PathBuf,
     /// Folder for vtype.add.xml, loss.json, comparison.csv and the files for SUMO [default: RESULT/sumo]
@@ -71,16 +74,6 @@ enum ModelArg {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let Command::Sumo(args) = &args.command;
-    let file = result_file(&args.result)?;
-    if !file.exists() && args.result.join(FLEET).exists() {
-        let message = format!(
-            "{0}: holds a fleet, and a vehicle type needs one result; `leadlag calibrate FILE --trajectory ID` with the settings of the fleet \
-             gives that of a pair, whose row in {0}/parameters.csv has file, trajectory and `findings`",
-            args.result.display()
-        );
-        return Err(Usage(message).into());
-    }
-    let result = ResultFile::read(&file)?;
     let asked = args.to.map(|to| match to {
         ModelArg::Idm => Model::Idm,
         ModelArg::Eidm => Model::Eidm,
@@ -88,6 +81,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         ModelArg::Krauss => Model::Krauss,
         ModelArg::W99 => Model::W99,
     });
+    let file = result_file(&args.result)?;
+    if let Some(folder) = fleet_row::folder_of(&args.result).filter(|_| !file.is_file() || file.ends_with(FLEET)) {
+        return fleet(args, &folder, asked);
+    }
+    let result = ResultFile::read(&file)?;
     let mut vtype = sumo::export(&result.calibrated_variant()?, asked).map_err(|error| Usage(error.to_string()))?;
     if let Some(data) = result.data.first() {
         vtype.mean_for(data.treatment.step_s);
@@ -121,6 +119,61 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return output::print_json(&export);
     }
     output::print(&text(&result, &vtype, &export, &place))
+}
+
+/// The drivers of a fleet as types of one distribution; those whose data are doubtful are left out, and named.
+fn fleet(args: &SumoArgs, folder: &Path, asked: Option<Model>) -> anyhow::Result<()> {
+    if args.sumo.is_some() {
+        return Err(Usage("--sumo: SUMO is run behind the leader of one result, and not for a fleet".to_owned()).into());
+    }
+    let (sound, doubtful): (Vec<_>, Vec<_>) =
+        fleet_row::of_all(folder)?.into_iter().partition(|(row, _)| row.findings.is_empty());
+    let left_out: Vec<String> =
+        doubtful.iter().map(|(row, _)| format!("{} ({})", row.label, row.findings.replace(' ', ", "))).collect();
+    let Some((first, _)) = sound.first() else {
+        let why = if left_out.is_empty() { "no driver has a result".to_owned() } else { left_out.join(", ") };
+        let message = format!("{}: expected a driver with sound data, found none: {why}", folder.display());
+        return Err(Usage(message).into());
+    };
+    let (model, source) = (first.model.clone(), folder.display().to_string());
+    let mut types = Vec::new();
+    for (row, calibrated) in &sound {
+        let mut vtype = sumo::export(calibrated, asked).map_err(|error| Usage(error.to_string()))?;
+        // Without the dust of a quotient.
+        vtype.mean_for((row.step_s * 1e6).round() / 1e6);
+        types.push((format!("leadlag_{}_{}", row.pair, part(&row.name)), vtype));
+    }
+    let of = Distribution { types };
+    let out = args.out.clone().unwrap_or_else(|| folder.join("sumo"));
+    let mut change = Change::begin(&out)?;
+    let before = [of_export(&out), vec![LOSS.to_owned()]].concat();
+    let about =
+        format!("leadlag {}: {} drivers of {source}, variant {model}", env!("CARGO_PKG_VERSION"), of.types.len());
+    change.write(TYPE, of.to_xml("leadlag", &about).as_bytes())?;
+    finish(change, &out, before)?;
+    let place = out.join(TYPE);
+    if args.json {
+        let entry = |(id, vtype): &(String, VehicleType)| {
+            let attributes: BTreeMap<_, _> = vtype.attributes.iter().cloned().collect();
+            serde_json::json!({"id": id, "attributes": attributes, "lost": vtype.lost, "added": vtype.added})
+        };
+        let types: Vec<_> = of.types.iter().map(entry).collect();
+        return output::print_json(&serde_json::json!({
+            "schema_version": 1, "file": place, "variant": model, "types": types, "left_out": left_out
+        }));
+    }
+    let mut text =
+        format!("{} drivers with {model} as vTypeDistribution leadlag of SUMO: {}\n", of.types.len(), place.display());
+    for (what, sentence) in of.common() {
+        text += &wrapped(2, 4, &format!("{what}: {sentence}"));
+    }
+    if !left_out.is_empty() {
+        text +=
+            &wrapped(2, 4, &format!("{} drivers left out for doubtful data: {}", left_out.len(), left_out.join(", ")));
+    }
+    output::print(
+        &(text + "  the difference from leadlag was not measured: export the result of one driver for that\n"),
+    )
 }
 
 /// Of one of several drives.

@@ -15,10 +15,10 @@ use crate::wgsl::extension_named;
 use anyhow::Context;
 use std::path::{Path, PathBuf};
 
-/// The table of a fleet.
+/// The table of parameters of a fleet.
 pub const TABLE: &str = "parameters.csv";
 
-/// So many drivers are named in a message.
+/// Largest number of drivers in a message.
 const NAMED: usize = 5;
 
 /// The folder of a fleet, if a given result is one: the folder itself, its table or its `fleet.json`.
@@ -29,7 +29,7 @@ pub fn folder_of(given: &Path) -> Option<PathBuf> {
     folder.join(FLEET).is_file().then(|| folder.to_owned())
 }
 
-/// What a fleet says of itself.
+/// The `fleet.json` of a folder.
 pub fn file_of(folder: &Path) -> anyhow::Result<FleetFile> {
     settle(folder)?;
     let path = folder.join(FLEET);
@@ -37,15 +37,27 @@ pub fn file_of(folder: &Path) -> anyhow::Result<FleetFile> {
         .with_context(|| format!("{}: expected a fleet of this version of leadlag", path.display()))
 }
 
-/// What was calibrated for a driver: the one of this id, else the one who goes by this file, else the only one; with the model that the fleet has
-/// chosen.
-pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::Result<CalibratedVariant> {
+/// The fleet of a folder, and its rows that have a result of the model that it has chosen.
+fn chosen(folder: &Path) -> anyhow::Result<(FleetFile, Vec<Shown>)> {
     let (file, path) = (file_of(folder)?, folder.join(FLEET));
     let own = file.chosen().with_context(|| format!("{}: expected a model, found none", path.display()))?;
+    let is_own = |row: &Shown| row.model == own.model && row.gof == own.gof && row.score.is_finite();
+    let all = rows(&folder.join(TABLE), &file)?.into_iter().filter(is_own).collect();
+    Ok((file, all))
+}
+
+/// The calibrations of all drivers, each with its row.
+pub fn of_all(folder: &Path) -> anyhow::Result<Vec<(Shown, CalibratedVariant)>> {
+    let (file, all) = chosen(folder)?;
+    all.into_iter().map(|row| calibrated(folder, &file, &row).map(|variant| (row, variant))).collect()
+}
+
+/// The calibration of a driver: the one of this id, else the one who goes by this file, else the only one; with the model that the fleet
+/// has chosen.
+pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::Result<CalibratedVariant> {
+    let (file, all) = chosen(folder)?;
     let table = folder.join(TABLE);
     let shown = table.display();
-    let is_own = |row: &Shown| row.model == own.model && row.gof == own.gof && row.score.is_finite();
-    let all: Vec<Shown> = rows(&table, &file)?.into_iter().filter(is_own).collect();
     let stem = drive.file_stem().and_then(|stem| stem.to_str());
     let by_file = stem.filter(|stem| all.iter().filter(|row| row.name == *stem).count() == 1);
     let found: Vec<&Shown> = all.iter().filter(|row| driver.or(by_file).is_none_or(|id| row.name == id)).collect();
@@ -61,6 +73,13 @@ pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::R
         };
         return Err(Usage(format!("{shown}: expected one driver; {asked}; it has {listed}{more}{near}")).into());
     };
+    calibrated(folder, &file, row)
+}
+
+/// The variant of a row with its parameters.
+fn calibrated(folder: &Path, file: &FleetFile, row: &Shown) -> anyhow::Result<CalibratedVariant> {
+    let (path, table) = (folder.join(FLEET), folder.join(TABLE));
+    let own = file.chosen().with_context(|| format!("{}: expected a model, found none", path.display()))?;
     let variant = variant(&own.model).with_context(|| {
         format!(
             "{}: expected a built-in model, found {}; a fleet does not keep the text of your own laws and causes: calibrate this driver separately",
@@ -75,7 +94,7 @@ pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::R
         parameters.set(
             symbol,
             value.with_context(|| {
-                format!("{shown}: {}: expected a number for {}, found none", row.name, symbol.name())
+                format!("{}: {}: expected a number for {}, found none", table.display(), row.name, symbol.name())
             })?,
         );
     }

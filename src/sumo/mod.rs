@@ -12,7 +12,7 @@ pub use compare::{Comparison, Loss, compare};
 pub use drive::{Drive, Motion};
 pub use file::{Export, ExportedDrive};
 pub use run::{Sumo, files, find};
-pub use vtype::{Model, VehicleType, export};
+pub use vtype::{Distribution, Model, VehicleType, export};
 
 use std::io;
 use std::path::PathBuf;

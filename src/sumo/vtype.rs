@@ -266,10 +266,8 @@ impl VehicleType {
     pub fn to_xml(&self, id: &str, about: &str) -> String {
         let mut xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned();
         let _ = writeln!(xml, "<!-- {} -->", comment(about));
-        for (what, sentences) in [("not exported", &self.lost), ("besides", &self.added)] {
-            for sentence in sentences {
-                let _ = writeln!(xml, "<!-- {what}: {} -->", comment(sentence));
-            }
+        for (what, sentence) in self.sentences() {
+            let _ = writeln!(xml, "<!-- {what}: {} -->", comment(sentence));
         }
         let _ = writeln!(xml, "<additional>\n    {}\n</additional>", self.element(id));
         xml
@@ -279,6 +277,49 @@ impl VehicleType {
     pub(super) fn element(&self, id: &str) -> String {
         let attributes = self.attributes.iter().map(|(name, value)| format!(" {name}=\"{}\"", escaped(value)));
         format!("<vType id=\"{}\"{}/>", escaped(id), attributes.collect::<String>())
+    }
+
+    /// Parts of the model that SUMO lacks or adds, with their effect.
+    fn sentences(&self) -> impl Iterator<Item = (&'static str, &String)> {
+        let lost = self.lost.iter().map(|sentence| ("not exported", sentence));
+        lost.chain(self.added.iter().map(|sentence| ("besides", sentence)))
+    }
+}
+
+/// The types of several drivers, any of which SUMO takes with the same probability.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Distribution {
+    /// Id and type of each driver.
+    pub types: Vec<(String, VehicleType)>,
+}
+
+impl Distribution {
+    /// Sentences about all types: what is not exported, and what the types do besides.
+    #[must_use]
+    pub fn common(&self) -> Vec<(&'static str, &String)> {
+        let first = self.types.iter().take(1).flat_map(|(_, vtype)| vtype.sentences());
+        first
+            .filter(|sentence| self.types.iter().all(|(_, vtype)| vtype.sentences().any(|own| own == *sentence)))
+            .collect()
+    }
+
+    /// An additional file of SUMO with a `vTypeDistribution` of this id; `about` says in a comment where it comes from.
+    #[must_use]
+    pub fn to_xml(&self, id: &str, about: &str) -> String {
+        let mut xml = format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {} -->\n", comment(about));
+        let common = self.common();
+        for (what, sentence) in &common {
+            let _ = writeln!(xml, "<!-- {what}: {} -->", comment(sentence));
+        }
+        let _ = writeln!(xml, "<additional>\n    <vTypeDistribution id=\"{}\">", escaped(id));
+        for (own, vtype) in &self.types {
+            for (what, sentence) in vtype.sentences().filter(|sentence| !common.contains(sentence)) {
+                let _ = writeln!(xml, "        <!-- {what}: {} -->", comment(sentence));
+            }
+            let element = vtype.element(own).replace("/>", " probability=\"1\"/>");
+            let _ = writeln!(xml, "        {element}");
+        }
+        xml + "    </vTypeDistribution>\n</additional>\n"
     }
 }
 

@@ -27,8 +27,11 @@ fn row(number: leadlag::internal::diagnose::policy::Number) -> String {
 
 #[test]
 fn every_fault_of_the_data_and_its_limits() {
-    let kind = |kind: FindingKind| format!("| `{}` | {} |", kind.into_str(), kind.effect());
-    stands_in(SOUNDNESS, "| kind | what it does to parameters |", FindingKind::iter().map(kind));
+    let kind = |kind: FindingKind| {
+        format!("| `{}` | {} | {} | {} |", kind.into_str(), kind.effect(), kind.false_alarms(), kind.remedy())
+    };
+    let head = "| kind | what it does to parameters | false alarms in 1,000 | remedy |";
+    stands_in(SOUNDNESS, head, FindingKind::iter().map(kind));
     stands_in(SOUNDNESS, "| limit | value | what it decides |", LIMITS.numbers().into_iter().map(row));
 }
 

@@ -555,12 +555,12 @@ const MAPS: &[(&str, &str, &str)] = &[
     (
         "speed =",
         "sped =",
-        "map.toml:7: [columns] has no sped; it takes time, id, ahead, group, lane, position, speed, acceleration, length, gap, headway; did you mean speed?",
+        "map.toml:7: [columns] has no sped; it takes time, id, ahead, group, lane, driver, position, speed, acceleration, length, gap, headway; did you mean speed?",
     ),
     (
         "gap =",
         "colour =",
-        "map.toml:8: [columns] has no colour; it takes time, id, ahead, group, lane, position, speed, acceleration, length, gap, headway",
+        "map.toml:8: [columns] has no colour; it takes time, id, ahead, group, lane, driver, position, speed, acceleration, length, gap, headway",
     ),
     ("\"km/h\"", "\"kmh\"", "map.toml:7: speed: expected one of the units m/s, km/h, ft/s, mph, kn, cm/s, found kmh"),
     (
@@ -594,7 +594,7 @@ const MAPS: &[(&str, &str, &str)] = &[
     (
         "rows = \"vehicles\"",
         "rows = \"pairs\"",
-        "map.toml:6: ahead: not in a table with rows = \"pairs\", which takes time, group, lane, position, speed, acceleration, gap, headway, sin_grade, lead_speed, relative_speed, lead_position, lead_length, lead2_speed, lead2_gap",
+        "map.toml:6: ahead: not in a table with rows = \"pairs\", which takes time, group, lane, driver, position, speed, acceleration, gap, headway, sin_grade, lead_speed, relative_speed, lead_position, lead_length, lead2_speed, lead2_gap",
     ),
     (
         "id = { name",

@@ -8,6 +8,7 @@ mod common;
 mod bad_input;
 mod bombs;
 mod columns;
+mod false_alarms;
 mod faults;
 mod importers;
 mod mutated_files;

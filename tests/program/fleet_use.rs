@@ -55,7 +55,7 @@ fn a_fleet_is_evaluated_on_its_own_drives_and_on_others() {
     let found = rows(&scored);
     let simulated: Vec<&str> = found.iter().map(|row| row["success"].as_str()).collect();
     assert_eq!(simulated, ["0", "0", "1", "1", "1", "1"]);
-    /// A column of your own table names the trajectory.
+    // A column of your own table names the trajectory.
     let cases = fleet.with_file_name("cases.csv");
     let case = |columns: &str, values: &str| {
         fs::write(

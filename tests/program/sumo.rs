@@ -80,6 +80,68 @@ fn a_type_has_the_parameters_and_says_what_it_has_not() {
     assert!(!report(&folder).contains("In SUMO"));
 }
 
+/// A fleet of three drivers, the gap of the third of whom is in feet.
+fn fleet() -> PathBuf {
+    let drive = fs::read_to_string(pair()).expect("it was made");
+    let mut table = "who,time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
+    let header: Vec<&str> = drive.lines().next().expect("a header").split(',').collect();
+    let columns = ["time_s", "lead_speed_mps", "speed_mps", "spacing_m"];
+    let places = columns.map(|name| header.iter().position(|column| *column == name).expect("a pair file"));
+    for (who, size) in [("Anna", 1.0), ("Ben", 1.0), ("Cleo", 1.0 / 0.3048)] {
+        for row in drive.lines().skip(1) {
+            let fields: Vec<&str> = row.split(',').collect();
+            let [t, v_l, v, gap] = places.map(|place| fields[place]);
+            let gap = gap.parse::<f64>().expect("a number") * size;
+            table += &format!("{who},{t},{v_l},{v},{gap}\n");
+        }
+    }
+    let folder = scratch().join("fleet");
+    fs::create_dir_all(&folder).expect("writable");
+    let map = "rows = \"pairs\"\ncheck_units = false\n[columns]\ntime = { name = \"time_s\" }\nspeed = { name = \"speed_mps\" }\n\
+               lead_speed = { name = \"lead_speed_mps\" }\ngap = { name = \"spacing_m\" }\ngroup = { name = \"who\" }\n";
+    fs::write(folder.join("map.toml"), map).expect("writable");
+    fs::write(folder.join("table.csv"), table).expect("writable");
+    let (table, map, out) = (folder.join("table.csv"), folder.join("map.toml"), folder.join("fleet"));
+    let arguments =
+        ["calibrate", text(&table), "--columns", text(&map), "--all", "--model", "idm", "--out", text(&out)];
+    ok(&[&arguments[..], &["--max-evaluations", "200", "--no-intervals"]].concat());
+    out
+}
+
+#[test]
+fn the_sound_drivers_of_a_fleet_become_a_distribution_and_its_page_names_the_others() {
+    let folder = fleet();
+    let exported = json(&["export", "sumo", text(&folder)]);
+    let ids: Vec<&str> =
+        exported["types"].as_array().expect("types").iter().map(|t| t["id"].as_str().unwrap()).collect();
+    assert_eq!(ids, ["leadlag_1_Anna", "leadlag_2_Ben"]);
+    let left_out = exported["left_out"].to_string();
+    assert!(left_out.contains("Cleo (unit)"), "{left_out}");
+    let xml = fs::read_to_string(folder.join("sumo/vtype.add.xml")).expect("it was written");
+    assert!(
+        xml.contains("<vTypeDistribution id=\"leadlag\">") && xml.ends_with("</vTypeDistribution>\n</additional>\n"),
+        "{xml}"
+    );
+    assert_eq!(xml.matches(" probability=\"1\"/>").count(), 2, "{xml}");
+    assert_eq!(xml.matches("run SUMO with step-length 0.1 step-method.ballistic").count(), 1, "{xml}");
+    let said = ok(&["export", "sumo", text(&folder), "--no-run"]);
+    assert!(
+        said.starts_with("2 drivers with idm as vTypeDistribution leadlag of SUMO: ") && said.contains("Cleo (unit)"),
+        "{said}"
+    );
+    assert_eq!(leadlag(&["export", "sumo", text(&folder), "--sumo", "."]).status.code(), Some(2));
+    let page = report(&folder);
+    assert!(page.contains("<strong>1 pairs with doubtful data.</strong>") && page.contains("Cleo follower 1 (unit)"));
+    /// The page of a single driver uses the words of every other command.
+    let (table, map) = (folder.with_file_name("table.csv"), folder.with_file_name("map.toml"));
+    let out = folder.with_file_name("cleo");
+    let arguments = ["calibrate", text(&table), "--columns", text(&map), "--trajectory", "Cleo", "--model", "idm"];
+    ok(&[&arguments[..], &["--max-evaluations", "200", "--no-intervals", "--out", text(&out)]].concat());
+    assert!(
+        report(&out).contains("<strong>A fault of the data.</strong>") && report(&out).contains("is feet per metre")
+    );
+}
+
 /// The names of the files of a folder.
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("it is there").flatten();

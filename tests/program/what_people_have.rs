@@ -673,3 +673,22 @@ fn names_with_escapes_are_shown_and_not_obeyed() {
     let said = mapped("escapes", &table, TRACKS);
     assert!(said.contains("vehicle 2\\u009b2J\\u202e") && !said.contains(['\u{9b}', '\u{202e}']), "{said}");
 }
+
+#[test]
+fn who_drives_by_a_column_decides_what_is_said_of_the_bounds() {
+    let said = |test: &str, word: &str| {
+        let table = pair(60.0, |_| {}).replace("spacing_m\n", "spacing_m,driver\n");
+        let row = |(k, row): (usize, &str)| if k == 0 { format!("{row}\n") } else { format!("{row},{word}\n") };
+        let table: String = table.lines().enumerate().map(row).collect();
+        let folder = write(test, &[("pair.csv", &table)]);
+        let (file, out) = (folder.join("pair.csv"), folder.join("fit"));
+        let search = ["--model", "idm", "--max-evaluations", "200", "--no-intervals", "--out", text(&out)];
+        stdout(&succeeds(&[&["calibrate", text(&file)], &search[..]].concat()))
+            .split_whitespace()
+            .collect::<Vec<_>>()
+            .join(" ")
+    };
+    assert!(said("by_acc", "ACC").contains("acc: Table 3, for the file says who drives"));
+    assert!(said("by_human", "0").contains("although the file says that a human drives"));
+    assert!(said("by_name", "Anna").contains("the file names drivers, but not whether they are human"));
+}

@@ -478,3 +478,35 @@ fn a_plan_that_validates_everything_on_everything_is_refused() {
     assert!(code == 1 && said.contains("validation runs, expected at most 5000000"), "{said}");
     assert!(said.contains("set validation.on = \"none\"") && !out.exists(), "{said}");
 }
+
+#[test]
+fn a_fault_of_the_data_is_warned_of_by_the_plan() {
+    let folder = scratch("faulty_data");
+    fs::create_dir_all(folder.join("one")).expect("writable");
+    let platoon = fs::read_to_string(data().join("one/platoon.csv")).expect("it was made");
+    let mut rows = platoon.lines().skip_while(|line| !line.starts_with("Time")).collect::<Vec<_>>();
+    let header: Vec<&str> = rows.remove(0).split(',').collect();
+    let [t, v_l, v, gap] = ["Time", "Speed1", "Speed2", "IVS1"]
+        .map(|name| header.iter().position(|column| *column == name).expect("OpenACC"));
+    let mut pair = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
+    for (k, row) in rows.iter().enumerate() {
+        let fields: Vec<&str> = row.split(',').collect();
+        let off = if k % 97 == 50 { 20.0 } else { 0.0 };
+        let spacing = fields[gap].parse::<f64>().expect("a number") + off;
+        pair += &format!("{},{},{},{spacing}\n", fields[t], fields[v_l], fields[v]);
+    }
+    fs::write(folder.join("pair.csv"), pair).expect("writable");
+    let plan = folder.join("plan.toml");
+    let content = format!(
+        "schema_version = 1\n[data]\nfolder = \"{}\"\n[[platoon]]\nname = \"P\"\nfile = \"pair.csv\"\nfollowers = [1]\n\
+         [calibration]\nvariants = [\"idm\"]\ngof = [\"nrmse-s\"]\nreplicates = 1\n",
+        text(&folder)
+    );
+    fs::write(&plan, content).expect("writable");
+    let out = folder.join("study");
+    let said = stderr(&leadlag(&["study", "plan", text(&plan), "--out", text(&out)]));
+    assert!(
+        said.contains("spacing_m: ") && said.contains("samples are spikes") && said.contains("--correct"),
+        "{said}"
+    );
+}

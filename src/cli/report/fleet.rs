@@ -45,6 +45,8 @@ pub fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
             values: parameters.clone().map(|parameter| number(&parameter.column)).collect(),
             ends: parameters.map(|parameter| ends(&parameter.column)).collect(),
             score: number("score"),
+            findings: cell("findings").to_owned(),
+            step_s: number("duration_s") / (number("samples") - 1.0),
             model,
             gof,
         });

@@ -16,6 +16,11 @@ const WINDOWS_MIN: usize = 5;
 /// Ratio of the change of the gap to that by the speeds, if it is certain and not about 1. A drive is its times,
 /// the speed of the vehicle ahead minus that of the follower, and the distance; missing values are NaN.
 pub(super) fn of_gap<'a>(drives: impl IntoIterator<Item = (&'a [f64], &'a [f64], &'a [f64])>) -> Option<f64> {
+    ratio(drives).filter(|ratio| !(1.0 / FACTOR..=FACTOR).contains(ratio))
+}
+
+/// The same, where it is about 1, too.
+pub(super) fn ratio<'a>(drives: impl IntoIterator<Item = (&'a [f64], &'a [f64], &'a [f64])>) -> Option<f64> {
     let (mut xx, mut xy, mut yy, mut windows) = (0.0, 0.0, 0.0, 0);
     for (t, dv, distance) in drives {
         for [integral, change] in changes(t, dv, distance) {
@@ -28,7 +33,7 @@ pub(super) fn of_gap<'a>(drives: impl IntoIterator<Item = (&'a [f64], &'a [f64],
     let enough = windows >= WINDOWS_MIN && (xx / windows as f64).sqrt() > VARIATION_M;
     let ratio = xy / xx;
     let together = xy * xy > TOGETHER * xx * yy;
-    (enough && together && !(1.0 / FACTOR..=FACTOR).contains(&ratio)).then_some(ratio)
+    (enough && together).then_some(ratio)
 }
 
 /// Change of the gap over each stretch of [`WINDOW_S`] by the speeds, and by the gap \[m\].

@@ -11,7 +11,11 @@ use std::fmt;
 pub enum Note {
     /// The file marks the driver: at this time the mode begins (or the file starts with it).
     DriverMode { car: usize, t_s: f64, mode: String },
-    /// Columns that no layout has were not read.
+    /// Vehicles that follow, at least for a while, one that is not in the table.
+    LeadersAbsent { vehicles: usize },
+    /// Half of the vehicles are longer than cars, as `column` says.
+    LongVehicles { column: String, median_m: f64 },
+    /// Columns that no layout knows were not read.
     IgnoredColumns { columns: Vec<String> },
     /// The last line has no end: if the file was cut there, its last number may be wrong.
     OpenEnd { line: u64 },
@@ -83,6 +87,16 @@ impl fmt::Display for Note {
             Note::DriverMode { car, t_s, mode } => {
                 write!(f, "car {car}: driver mode {mode} from {t_s:.1} s")
             }
+            Note::LeadersAbsent { vehicles } => {
+                write!(
+                    f,
+                    "{vehicles} vehicles name a vehicle ahead that is not in the table; what they drive behind it is left out"
+                )
+            }
+            Note::LongVehicles { column, median_m } => write!(
+                f,
+                "column {column}: half of the vehicles are {median_m:.1} m long or longer; right for lorries, wrong for cars: is it in feet?"
+            ),
             Note::IgnoredColumns { columns } => {
                 write!(f, "columns not read: {}", columns.join(", "))
             }

@@ -19,6 +19,10 @@ pub struct Shown {
     pub model: String,
     /// What was minimised.
     pub gof: String,
+    /// Kinds of the faults of the data that change the calibration, blanks between them.
+    pub findings: String,
+    /// Time step \[s\].
+    pub step_s: f64,
     /// The score; NaN without a result.
     pub score: f64,
     /// The parameters in the order of the overview of the model.
@@ -59,7 +63,7 @@ pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str, made: Op
         scores(&mut page, one, rows, fits);
     }
     data(&mut page, file);
-    let lead = best.map_or(String::new(), |one| lead(file, one, models));
+    let lead = best.map_or(String::new(), |one| lead(file, one, models)) + &doubtful(file);
     page.finish("Many drivers", &lead, twin, made)
 }
 
@@ -83,6 +87,19 @@ fn lead(file: &FleetFile, one: &Overview, models: usize) -> String {
         escape(&one.model),
         escape(&wins),
         escape(&facts.join(", "))
+    )
+}
+
+/// The pairs whose data have faults, and which.
+fn doubtful(file: &FleetFile) -> String {
+    if file.doubtful.is_empty() {
+        return String::new();
+    }
+    let named: Vec<String> = file.doubtful.iter().map(|(pair, kinds)| format!("{pair} ({kinds})")).collect();
+    format!(
+        "<p class=\"verdict bad_base\"><strong>{} pairs with doubtful data.</strong> {}.</p>",
+        named.len(),
+        escape(&named.join(", "))
     )
 }
 

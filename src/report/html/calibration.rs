@@ -6,6 +6,7 @@ use super::{Chart, Line, MadeBy, Page, Panel, Role, between, escape, short, with
 use crate::diagnose::describe::error_breakdown::Budget;
 use crate::identify::CONFIDENCE;
 use crate::report::text::{OPEN, UNDETERMINED, partner};
+use crate::result::diagnosis::FindingEntry;
 use crate::result::{KnowledgeEntry, ResultFile};
 use crate::sumo::Export;
 
@@ -80,10 +81,20 @@ pub fn calibration(
         escape(&result.gof),
         result.best_score().map_or("–".to_owned(), short),
     );
+    let faults = result.data.iter().flat_map(|data| data.findings.iter().map(move |finding| (&data.path, finding)));
+    let fault = |(path, finding): (&String, &FindingEntry)| {
+        let told = finding.correction.as_ref().map_or_else(|| finding.told(), Clone::clone);
+        format!(
+            "<p class=\"verdict bad_base\"><strong>A fault of the data.</strong> {}: {}.</p>",
+            escape(path),
+            escape(&told)
+        )
+    };
+    let faults: String = faults.filter(|(_, finding)| finding.matters).map(fault).collect();
     let warning = result.drivers.as_ref().map_or(String::new(), |told| {
         format!("<p class=\"verdict bad_base\"><strong>Not one driver.</strong> {}.</p>", escape(told))
     });
-    page.finish(&format!("Calibration of {}", result.model()), &format!("{lead}{warning}"), twin, made)
+    page.finish(&format!("Calibration of {}", result.model()), &format!("{lead}{faults}{warning}"), twin, made)
 }
 
 /// Errors of the simulation, in the units of the signals and in per cent of their size.

@@ -15,6 +15,8 @@ pub struct Problem {
 
 /// A step below this is not a time step of a sensor \[s\]: a second in days is 1.2e-5.
 pub(crate) const DAYS_STEP_S: f64 = 2e-5;
+/// Nor is one below this \[s\]: it is 2 s in hours, and no logger writes 2,000 rows per second.
+pub(crate) const HOURS_STEP_S: f64 = 5e-4;
 
 /// The fault: expected, found, and remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -127,21 +129,41 @@ pub enum ProblemKind {
     OtherUnit { column: String, expected: &'static str, found: String },
     #[error("the file ends within the first {lines} lines, which skip_lines of the column map leaves out")]
     AllSkipped { lines: u64 },
+    #[error(
+        "a row of {found} fields below {expected} names holds a whole trajectory, as in pNEUMA; expected a row per vehicle and time, with \
+         time, vehicle, speed, lane and position along the road: rewrite the table, and read it with --columns"
+    )]
+    WholeTrajectory { expected: usize, found: usize },
     #[error("column {column}: expected a finite number, found nothing; give a number or delete the row")]
     Missing { column: String },
+    #[error(
+        "column {column}: expected a measured value, found {found} in {rows} rows and no other value out of range: does it stand for a \
+         missing value? Leave the field empty, or read the table with missing = [\"{found}\"] in a column map (--columns)"
+    )]
+    Sentinel { column: String, found: f64, rows: u64 },
     #[error(
         "repeats the header: two recordings in one file, of which the second begins here; split the file at this line"
     )]
     HeaderAgain,
     #[error(
         "column {column}: expected the speed of the vehicle ahead, found {found} m/s about which it varies, behind a follower at {own:.0} m/s: a \
-         relative speed? Name it relative_speed in the column map"
+         relative speed? Name it relative_speed in the column map (--columns), or add the speed of the follower to it"
     )]
     MappedRelative { column: String, own: f64, found: f64 },
     #[error(
         "{column}: expected a time after {previous}, found {found}; time runs back: sort the rows, or split the file here"
     )]
     TimeBack { column: String, previous: f64, found: f64 },
+    #[error(
+        "{column}: starts over at {found}: two recordings in one file, of which the second begins here; split the file at this line, or \
+         name a column that tells them apart as group in a column map (--columns)"
+    )]
+    TimeAnew { column: String, found: f64 },
+    #[error(
+        "{column}: {rows} rows have the time of the row before: the times are rounded; write them with more digits, or number the rows \
+         and read the numbers with unit = \"frame\" and frame_rate in a column map (--columns)"
+    )]
+    TimesRounded { column: String, rows: u64 },
     #[error(
         "{column}: expected a time after {found}, found {found} again, first in line {first}; the two rows differ: remove one of them"
     )]
@@ -217,6 +239,22 @@ pub enum ProblemKind {
         "none of {vehicles} vehicles follows another one of the table for {needed} s, the longest for {longest} s; is {column} the right column of the vehicle ahead?"
     )]
     NoPairs { column: String, vehicles: usize, longest: f64, needed: f64 },
+}
+
+impl ProblemKind {
+    /// The column and value of a number that may stand for a missing one: negative, or twice what is the limit. Where speeds are in
+    /// another unit, they are just above the limit.
+    pub(super) fn outside(&self) -> Option<(&str, f64)> {
+        let (column, limit, found) = match self {
+            ProblemKind::SpeedTooHigh { column, limit, found }
+            | ProblemKind::MappedSpeed { column, limit, found, .. }
+            | ProblemKind::TooLong { column, limit, found }
+            | ProblemKind::SpeedNegative { column, limit, found }
+            | ProblemKind::MappedReverse { column, limit, found } => (column, *limit, *found),
+            _ => return None,
+        };
+        (found < 0.0 || found > 2.0 * limit).then_some((column, found))
+    }
 }
 
 /// At most this many column names are listed.

@@ -1,8 +1,10 @@
 //! Splitting a line into fields, and the names of the columns.
 
+use super::lines::Lines;
 use super::problems::{Problems, Stop};
 use crate::text::spelling::nearest_within;
 use crate::trajectory::error::ProblemKind;
+use std::io::Read;
 
 /// One field of a line: its text without blanks and quotes around it, and where it starts.
 #[derive(Debug, Clone, Copy)]
@@ -48,11 +50,11 @@ pub(in crate::trajectory) fn column_of(line: &str, start: usize) -> usize {
     line[..start].chars().count() + 1
 }
 
-/// Stops if semicolons or tabs separate the fields of the line; `mapped` if a column map could read the file nevertheless.
-pub(in crate::trajectory) fn check_separator(
+/// Stops if the line is separated by semicolons or tabs; `mapped`, the lines behind it, if a column map could read the file all the same.
+pub(in crate::trajectory) fn check_separator<R: Read>(
     line: &str,
     number: u64,
-    mapped: bool,
+    mapped: Option<&mut Lines<R>>,
     problems: &mut Problems,
 ) -> Result<(), Stop> {
     let commas = line.matches(',').count();
@@ -61,11 +63,23 @@ pub(in crate::trajectory) fn check_separator(
         let separates = line.contains(separator) && line.split(separator).all(is_number);
         if separates || line.matches(separator).count() > commas {
             let column = line.find(separator).map(|byte| column_of(line, byte));
-            let kind = ProblemKind::Separator { found, mapped: mapped.then_some(name) };
+            let is_mapped = mapped.is_some();
+            let expected = line.split(separator).count();
+            let next = mapped.map_or(Ok(None), |lines| lines.next(problems).map(|next| next.map(str::to_owned)))?;
+            let fields = next.map_or(0, |next| next.split(separator).count());
+            if is_whole_trajectory(expected, fields) {
+                return Err(problems.stop(number + 1, None, ProblemKind::WholeTrajectory { expected, found: fields }));
+            }
+            let kind = ProblemKind::Separator { found, mapped: is_mapped.then_some(name) };
             return Err(problems.stop(number, column, kind));
         }
     }
     Ok(())
+}
+
+/// True if a row has so many fields that it must hold all samples of a vehicle; decimal commas at most double them.
+fn is_whole_trajectory(expected: usize, found: usize) -> bool {
+    found > 2 * expected
 }
 
 /// True for a number with a point or a comma before its fraction.
@@ -101,7 +115,7 @@ const COLUMNS_MAX: usize = 2000;
 
 impl Header {
     pub fn parse(text: &str, line: u64, problems: &mut Problems) -> Result<Self, Stop> {
-        check_separator(text, line, false, problems)?;
+        check_separator(text, line, None::<&mut Lines<&[u8]>>, problems)?;
         let mut fields = Vec::new();
         split(text, &mut fields);
         Header::of(text, line, &fields, problems)
@@ -136,6 +150,19 @@ impl Header {
             }
         }
         Ok(header)
+    }
+
+    /// Stops at a row after which every row would be a problem of its own.
+    pub fn check_row(&self, fields: &[Field], line: u64, problems: &mut Problems) -> Result<(), Stop> {
+        if fields.iter().map(|field| field.text).eq(self.names.iter().map(String::as_str)) {
+            return Err(problems.stop(line, None, ProblemKind::HeaderAgain));
+        }
+        let (expected, found) = (self.names.len(), fields.len());
+        // Empty fields behind the last column are no data.
+        if is_whole_trajectory(expected, found) && fields[2 * expected..].iter().any(|field| !field.text.is_empty()) {
+            return Err(problems.stop(line, None, ProblemKind::WholeTrajectory { expected, found }));
+        }
+        Ok(())
     }
 
     pub fn find(&self, name: &str) -> Option<usize> {

@@ -137,7 +137,7 @@ fn platoons<R: Read>(
     split(&first, &mut fields);
     // Metadata before the header are an obstacle for a column map.
     let bare = !first.to_ascii_lowercase().starts_with("date");
-    header::check_separator(&first, line, bare, problems)?;
+    header::check_separator(&first, line, bare.then_some(&mut *lines), problems)?;
     header::check_names(&fields, problems)?;
     let Some(chosen) = layout.or_else(|| layout::detect(&first)) else {
         let header = Header::parse(&first, line, problems)?;
@@ -191,6 +191,23 @@ fn note_end(terminated: bool, lines: &[u64], notes: &mut Vec<Note>) {
     if let (false, Some(&line)) = (terminated, lines.last()) {
         notes.push(Note::OpenEnd { line });
     }
+}
+
+/// Words of a column that says who drives, besides names: that of a human, and that of a controller.
+const DRIVERS: [(&str, &[&str]); 2] =
+    [("Human", &["0", "false", "off", "human", "manual"]), ("ACC", &["1", "true", "on", "acc", "auto", "automated"])];
+
+/// Who drives a car by the words of a column, and from when on; an empty field says nothing.
+fn driver_modes<'a>(car: usize, words: impl Iterator<Item = (f64, &'a str)>) -> Vec<Note> {
+    let mut modes: Vec<Note> = Vec::new();
+    for (t_s, word) in words.filter(|(_, word)| !word.is_empty()) {
+        let known = DRIVERS.iter().find(|(_, words)| words.iter().any(|known| known.eq_ignore_ascii_case(word)));
+        let new = known.map_or(word, |(mode, _)| mode);
+        if !matches!(modes.last(), Some(Note::DriverMode { mode, .. }) if mode == new) {
+            modes.push(Note::DriverMode { car, t_s, mode: new.to_owned() });
+        }
+    }
+    modes
 }
 
 /// Median of the finite values.

@@ -170,7 +170,7 @@ impl Columns {
             notes.extend(gap.and_then(|gap| table.no_gap(WHOLE, gap, number, &format!("IVS{}", number - 1))));
         }
         for (&car, changes) in self.driver.keys().zip(&table.texts) {
-            notes.extend(changes.iter().map(|(row, mode)| Note::DriverMode { car, t_s: t[*row], mode: mode.clone() }));
+            notes.extend(super::driver_modes(car, changes.iter().map(|(row, mode)| (t[*row], mode.as_str()))));
         }
         if !self.ignored.is_empty() {
             let columns = self.ignored.clone();

@@ -1,5 +1,6 @@
 //! Our own layout: a follower and its preceding vehicle, SI units in the column names.
 
+use super::columns::pairs::relative;
 use super::header::{Header, OWN_NAMES};
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
@@ -17,7 +18,10 @@ pub(super) const COLUMNS: &[&str] = &[
     "lead2_speed_mps",
     "lead2_spacing_m",
     "accel_mps2",
+    DRIVER,
 ];
+/// Who drives the follower.
+const DRIVER: &str = "driver";
 const NEEDED: &[&str] = &["time_s", "speed_mps", "spacing_m", "lead_speed_mps"];
 
 fn meaning(name: &str) -> Meaning {
@@ -42,12 +46,19 @@ pub(super) fn read<R: Read>(
     header.require(NEEDED, COLUMNS, OWN_NAMES, problems);
     let ignored = header.unknown(NEEDED, COLUMNS, problems);
     problems.check()?;
+    let is_number = |name: &&&str| **name != DRIVER;
     let present: Vec<(&str, usize)> =
-        COLUMNS.iter().filter_map(|&name| header.find(name).map(|column| (name, column))).collect();
-    let wanted =
-        Wanted { numbers: present.iter().map(|&(n, c)| (c, meaning(n))).collect(), texts: Vec::new(), group: None };
+        COLUMNS.iter().filter(is_number).filter_map(|&name| header.find(name).map(|column| (name, column))).collect();
+    let numbers = present.iter().map(|&(n, c)| (c, meaning(n))).collect();
+    let wanted = Wanted { numbers, texts: header.find(DRIVER).into_iter().collect(), group: None };
     let mut table = read_rows(lines, &header, &wanted, problems, skipped)?;
-    // One pair, so a broken value concerns the whole file.
+    let column = |name: &str| present.iter().position(|&(n, _)| n == name).map(|place| &table.numbers[place]);
+    if let (Some(lead), Some(own)) = (column("lead_speed_mps"), column("speed_mps"))
+        && let Some(kind) = relative("lead_speed_mps", lead, own)
+    {
+        return Err(problems.stop(table.lines[0], None, kind));
+    }
+    // One pair, so what costs a value costs the file.
     table.refuse(problems)?;
     let mut notes: Vec<Note> = table.repeated.clone().into_iter().collect();
     for (car, signal) in [(1, "lead2_spacing_m"), (2, "spacing_m")] {
@@ -79,6 +90,8 @@ pub(super) fn read<R: Read>(
         ..Car::new(2, Some("follower"))
     });
     let t = take("time_s").unwrap_or_default();
+    let drivers = table.texts.first().map_or(&[][..], Vec::as_slice);
+    notes.extend(super::driver_modes(2, drivers.iter().map(|(row, word)| (t[*row], word.as_str()))));
     if !ignored.is_empty() {
         notes.push(Note::IgnoredColumns { columns: ignored });
     }

@@ -46,7 +46,8 @@ impl Problems {
             Err(Stop::Io(line, source)) => Err(ImportError::Read { path: path.to_owned(), line, source }),
             Ok(value) if self.found.is_empty() => Ok(value),
             _ => {
-                Err(ImportError::Rejected { path: path.to_owned(), problems: self.found.first, more: self.found.more })
+                let (problems, more) = self.found.summarised();
+                Err(ImportError::Rejected { path: path.to_owned(), problems, more })
             }
         }
     }

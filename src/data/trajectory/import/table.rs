@@ -125,10 +125,7 @@ pub(super) fn read_rows<R: Read>(
         }
         table.terminated = lines.terminated;
         let expected = header.names.len();
-        // Every row from here on would be a problem of its own.
-        if fields.iter().map(|field| field.text).eq(header.names.iter().map(String::as_str)) {
-            return Err(problems.stop(number, None, ProblemKind::HeaderAgain));
-        }
+        header.check_row(&fields, number, problems)?;
         let surplus = fields.iter().skip(expected).any(|f| !f.text.is_empty());
         if fields.len() < expected || surplus {
             let kind = ProblemKind::FieldCount { expected, found: fields.len(), last: !lines.terminated };
@@ -136,7 +133,7 @@ pub(super) fn read_rows<R: Read>(
             continue;
         }
         let row = Row { line: &line, number, fields: &fields, header };
-        table.push(&row, wanted, &mut axes, problems);
+        table.push(&row, wanted, &mut axes, problems)?;
     }
     table.judge_spacings();
     if problems.check().is_err() {
@@ -192,7 +189,13 @@ struct Row<'a> {
 }
 
 impl Table {
-    fn push(&mut self, row: &Row, wanted: &Wanted, axes: &mut HashMap<String, Axis>, problems: &mut Problems) {
+    fn push(
+        &mut self,
+        row: &Row,
+        wanted: &Wanted,
+        axes: &mut HashMap<String, Axis>,
+        problems: &mut Problems,
+    ) -> Result<(), Stop> {
         let position = self.lines.len();
         let group = wanted.group.map_or("", |g| row.fields[wanted.texts[g]].text);
         if !axes.contains_key(group) {
@@ -205,13 +208,17 @@ impl Table {
         let twice = time.and_then(|time| axis.times.binary_search_by(|other| other.total_cmp(&time)).ok());
         if twice.is_some_and(|twice| axis.hashes[twice] == hash) {
             self.repeat(row.number);
-            return;
+            return Ok(());
         }
-        if let (Some(&first), Some(&last), Some(time), Some(_)) =
-            (axis.times.first(), axis.times.last(), time, wanted.group)
+        if let (Some(&first), Some(&last), Some(time)) = (axis.times.first(), axis.times.last(), time)
             && time <= first
             && last - first >= SEGMENT_MIN_S
         {
+            if wanted.group.is_none() {
+                let column = place.map_or(0, |place| wanted.numbers[place].0);
+                let kind = ProblemKind::TimeAnew { column: row.header.names[column].clone(), found: time };
+                return Err(problems.stop(row.number, None, kind));
+            }
             *axis = Axis { piece: axis.piece + 1, ..Axis::default() };
         }
         self.lines.push(row.number);
@@ -246,6 +253,7 @@ impl Table {
             }
             self.numbers[place].push(value);
         }
+        Ok(())
     }
 
     fn repeat(&mut self, line: u64) {

@@ -181,13 +181,16 @@ impl Columns<'_> {
                 from: "headway and gap, for cars of equal length".to_owned(),
             });
         }
+        let times = numbers("Time_Index").unwrap_or_default();
+        let began = times.first().map(|&t_s| (t_s, "automated"));
+        notes.extend(super::driver_modes(2, began.into_iter()));
         let text = |name: &str| self.text(name, rows[0]).unwrap_or_default();
         let human = text("Type_LV") == "0" || text("ID_LV") == "-1";
         let leader = if human { "human-driven".to_owned() } else { format!("automated vehicle {}", text("ID_LV")) };
         let follower = format!("automated vehicle {}", text("ID_FAV"));
         Platoon {
             id: Some(id.to_owned()),
-            t: numbers("Time_Index").unwrap_or_default(),
+            t: times,
             lines: rows.iter().map(|&row| self.table.lines[row]).collect(),
             cars: vec![
                 Car {

@@ -331,8 +331,10 @@ impl FollowerInspection {
         }
         let (longest, _) = Stretch::longest(segments);
         let first = longest.first().filter(|_| segments.len() > 1)?;
+        let joined = segments.windows(2).any(|pair| pair[1].from_s - pair[0].to_s <= *max_gap_s);
+        let or = if joined { " or changes of the driver" } else { "" };
         Some(format!(
-            "follower {follower}: gaps of more than {max_gap_s} s leave {} segments; the longest, which is used unless \
+            "follower {follower}: gaps of more than {max_gap_s} s{or} leave {} segments; the longest, which is used unless \
              --segment chooses another, is number {first}",
             segments.len()
         ))

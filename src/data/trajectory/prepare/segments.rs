@@ -3,7 +3,7 @@
 use super::Context;
 use super::samples::{Samples, Signal};
 use super::time::{Blocks, GRID_TOLERANCE_S};
-use crate::trajectory::error::problem::DAYS_STEP_S;
+use crate::trajectory::error::problem::{DAYS_STEP_S, HOURS_STEP_S};
 use crate::trajectory::{Note, PrepareError};
 use std::ops::Range;
 
@@ -59,10 +59,15 @@ pub(super) fn split(
         // If the whole is too short, interpolation does not help.
         if whole < least_s - GRID_TOLERANCE_S {
             let is_cut = context.preparation.from.is_some() || context.preparation.to.is_some();
-            let what = match (is_cut, dt < DAYS_STEP_S) {
-                (_, true) => "recording, whose times look like days (a column map with unit = \"day\" reads them),",
-                (true, _) => "window",
-                (false, _) => "recording",
+            let what = match is_cut {
+                _ if dt < DAYS_STEP_S => {
+                    "recording, whose times look like days (a column map with unit = \"day\" reads them),"
+                }
+                _ if dt < HOURS_STEP_S => {
+                    "recording, whose times look like hours (a column map with unit = \"h\" reads them),"
+                }
+                true => "window",
+                false => "recording",
             };
             return Err(PrepareError::Short { path, follower, what, needed, found: rounded(whole) });
         }

@@ -23,6 +23,8 @@ const SLOW_SCALE_ERROR: f64 = 0.05 / LIMITS.significant;
 /// Widest clock error that is searched \[s\], and the step of the search.
 const CLOCK_MAX_S: f64 = 3.0;
 const CLOCK_STEP_S: f64 = 0.2;
+/// The gap is compared over changes that begin so far apart \[s\].
+const PLACES_S: f64 = 1.0;
 /// Most steps of the estimation; each leaves a share of the clock's error that is half the scale's.
 const ROUNDS: usize = 6;
 /// The gap is averaged over this much to either side \[s\].
@@ -75,29 +77,37 @@ impl Redundancy {
         }
         let none = level::likelihood_of(&columns(link, usable, [0.0; 2]).values[0], usable);
         let mut late = coarse(link, usable);
-        let mut estimate = None;
+        let mut noises = None;
         // Gauss-Newton: the columns of the clocks are first-order.
-        for _ in 0..ROUNDS {
+        for round in 1..=ROUNDS {
             let columns = columns(link, usable, late);
-            let fit = level::fit(&columns, usable, link.dt)?;
-            let pair = |i: usize, at: Vector2<f64>| Pair {
-                value: at + Vector2::new(fit.beta[i], fit.beta[i + 1]),
-                covariance: fit.covariance.fixed_view::<2, 2>(i, i).clone_owned(),
-            };
-            let clock = pair(2, Vector2::new(late[0] - late[1], 0.5 * (late[0] + late[1])));
-            let next = [clock.value[1] + 0.5 * clock.value[0], clock.value[1] - 0.5 * clock.value[0]];
+            // The ratio of the noises hardly depends on what is left of a clock's error.
+            let ratio = *noises.get_or_insert_with(|| level::ratio(&columns, usable));
+            let beta = level::regress(&columns, usable, ratio, 0)?.beta;
+            let [differ, common] = [late[0] - late[1] + beta[2], 0.5 * (late[0] + late[1]) + beta[3]];
+            let next = [common + 0.5 * differ, common - 0.5 * differ];
             let moved = (next[0] - late[0]).abs().max((next[1] - late[1]).abs());
-            late = next.map(|l| l.clamp(-2.0 * CLOCK_MAX_S, 2.0 * CLOCK_MAX_S));
-            let mut scale = pair(0, Vector2::zeros());
-            scale.covariance[(1, 1)] += if slow { SLOW_SCALE_ERROR } else { COMMON_SCALE_ERROR }.powi(2);
-            // The residual has the noise of the gap times 1 + C, so that a small C alone would look likelier.
-            let shrunk = (usable.samples() - usable.stretches.len()) as f64 * (1.0 + scale.value[1]).max(1e-9).ln();
-            estimate = Some(Redundancy { estimate: [scale, clock], gain: fit.likelihood + shrunk - none });
-            if moved < 1e-3 {
-                break;
+            if moved < 1e-3 || round == ROUNDS {
+                let fit = level::regress(&columns, usable, ratio, level::lags(link.dt))?;
+                return Some(Redundancy::of(&fit, late, none, usable, slow));
             }
+            late = next.map(|l| l.clamp(-2.0 * CLOCK_MAX_S, 2.0 * CLOCK_MAX_S));
         }
-        estimate
+        None
+    }
+
+    /// The estimates by the last fit, made for speeds read `late` seconds later; `none` is the likelihood of no error.
+    fn of(fit: &level::Fit, late: [f64; 2], none: f64, usable: &Usable, slow: bool) -> Redundancy {
+        let pair = |i: usize, at: Vector2<f64>| Pair {
+            value: at + Vector2::new(fit.beta[i], fit.beta[i + 1]),
+            covariance: fit.covariance.fixed_view::<2, 2>(i, i).clone_owned(),
+        };
+        let clock = pair(2, Vector2::new(late[0] - late[1], 0.5 * (late[0] + late[1])));
+        let mut scale = pair(0, Vector2::zeros());
+        scale.covariance[(1, 1)] += if slow { SLOW_SCALE_ERROR } else { COMMON_SCALE_ERROR }.powi(2);
+        // The residual has the noise of the gap times 1 + C, so that a small C alone would look likelier.
+        let shrunk = (usable.samples() - usable.stretches.len()) as f64 * (1.0 + scale.value[1]).max(1e-9).ln();
+        Redundancy { estimate: [scale, clock], gain: fit.likelihood + shrunk - none }
     }
 
     /// Result of the estimates; `blurred` if a signal is smoothed or resampled, which moves its events a little.
@@ -114,7 +124,8 @@ impl Redundancy {
             sentence: scale_sentence(who, value, error),
             ..Finding::new(FindingKind::SpeedScale, who, "speed", value, "-")
         });
-        let least = if blurred { LIMITS.least_clock.max(link.dt) } else { LIMITS.least_clock };
+        let share = if blurred { 1.0 } else { LIMITS.clock_share };
+        let least = LIMITS.least_clock.max(share * link.dt);
         findings.extend(clock.explain(least, clock_of, |who, value, error| {
             // Both speeds late by the same time mean one late gap, with the opposite sign.
             let (car, signal, value) =
@@ -275,8 +286,8 @@ fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Columns {
         let (mut way_l, mut way_f) = (0.0, 0.0);
         for i in stretch.clone() {
             if i > stretch.start {
-                way_l += (v_l[i - 1] + v_l[i]) / 2.0 * link.dt;
-                way_f += (v_f[i - 1] + v_f[i]) / 2.0 * link.dt;
+                way_l += way(&v_l[stretch.clone()], i - stretch.start) * link.dt;
+                way_f += way(&v_f[stretch.clone()], i - stretch.start) * link.dt;
             }
             columns[0][i] = link.gap[i] - (way_l - way_f);
             columns[1][i] = -0.5 * (way_l + way_f);
@@ -286,6 +297,14 @@ fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Columns {
         }
     }
     Columns { values: columns, instrument: (2, quiet) }
+}
+
+/// Mean of a speed from the sample before: of a cubic through four samples, because at 1 Hz straight lines are off by several per cent of
+/// the changes of the gap.
+fn way(v: &[f64], i: usize) -> f64 {
+    let straight = 0.5 * (v[i - 1] + v[i]);
+    let Some(before) = i.checked_sub(2).map(|before| v[before]) else { return straight };
+    v.get(i + 1).map_or(straight, |after| (13.0 * (v[i - 1] + v[i]) - before - after) / 24.0)
 }
 
 /// A symmetric average over `half` samples to either side: the noise of a signal must not look like its changes.
@@ -317,7 +336,7 @@ fn coarse(link: &Link, usable: &Usable) -> [f64; 2] {
     let places: Vec<usize> = usable
         .stretches
         .iter()
-        .flat_map(|r| (r.start + margin..r.end.saturating_sub(width + margin)).step_by(link.samples(0.3)))
+        .flat_map(|r| (r.start + margin..r.end.saturating_sub(width + margin)).step_by(link.samples(PLACES_S)))
         .collect();
     let change = |x: &[f64], i: usize, by: isize| {
         let at = i.saturating_add_signed(by);

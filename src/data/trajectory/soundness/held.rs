@@ -67,8 +67,9 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
             long && (jumps() || moves())
         };
         if kept {
-            // The first of equal values was measured, unless all are a drop to zero.
-            let measured = usize::from(!at_zero);
+            // The first of equal values was measured, unless no car comes to it: a fall to zero, or what a radar says without a target.
+            let comes = run.start.checked_sub(1).is_none_or(|i| steps[i].abs() <= impossible(signal, link));
+            let measured = usize::from(!at_zero && comes);
             found.push(run.start + measured..run.end + 1);
         }
     }

@@ -61,6 +61,7 @@ pub(super) fn rate_rms(link: &Link, usable: &Usable) -> Option<f64> {
     let rates = usable.stretches.iter().flat_map(|r| d[r.start..r.end - 1].windows(width));
     let (sum, n) = rates
         .map(|w| w.iter().sum::<f64>() / (width as f64 * link.dt))
+        .filter(|rate| rate.is_finite())
         .fold((0.0, 0.0), |(s, n), r| (s + r * r, n + 1.0));
     (n > 0.0).then(|| (sum / n).sqrt())
 }
@@ -87,13 +88,16 @@ pub(super) struct Columns {
     pub instrument: (usize, Vec<f64>),
 }
 
-/// Fits y = X β; each stretch has a level of its own. `None` if the columns depend on each other.
-pub(super) fn fit(columns: &Columns, usable: &Usable, dt: f64) -> Option<Fit> {
-    // ln of the ratio of variances: walk per sample over gap noise.
-    let likelihood = |ratio: f64| regress(columns, usable, ratio.exp(), 0).map_or(f64::NEG_INFINITY, |r| r.likelihood);
-    let ratio = golden(likelihood, -16.0, 10.0);
-    let lags = (LAG_S / dt).round() as usize;
-    regress(columns, usable, ratio.exp(), lags)
+/// The likeliest ratio of variances of y = X β: walk per sample over gap noise.
+pub(super) fn ratio(columns: &Columns, usable: &Usable) -> f64 {
+    let likelihood =
+        |ratio: f64| regress(columns, usable, ratio.exp(), 0).map_or(f64::NEG_INFINITY, |fit| fit.likelihood);
+    golden(likelihood, -16.0, 10.0).exp()
+}
+
+/// Samples of the autocorrelation that errors allow for.
+pub(super) fn lags(dt: f64) -> usize {
+    (LAG_S / dt).round() as usize
 }
 
 /// Logarithm of the likelihood \[nats\] of y without any column, up to the same constant as that of a fit.
@@ -115,8 +119,8 @@ fn golden(f: impl Fn(f64) -> f64, mut low: f64, mut high: f64) -> f64 {
     let share = 0.5 * (5f64.sqrt() - 1.0);
     let (mut a, mut b) = (high - share * (high - low), low + share * (high - low));
     let (mut f_a, mut f_b) = (f(a), f(b));
-    // 26 / 1.618^14 = 0.03: the estimates hardly depend on the ratio.
-    for _ in 0..14 {
+    // 26 / 1.618^11 = 0.13: the estimates hardly depend on the ratio.
+    for _ in 0..11 {
         if f_a > f_b {
             (high, b, f_b) = (b, a, f_a);
             a = high - share * (high - low);
@@ -159,7 +163,9 @@ fn whitened(columns: &[&[f64]], usable: &Usable, ratio: f64) -> (DMatrix<f64>, f
     (white, log_s)
 }
 
-fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usize) -> Option<Fit> {
+/// Fits y = X β for a ratio of variances; each stretch has a level of its own. Without `lags` there is no covariance, which takes most of
+/// the time. `None` if the columns depend on each other.
+pub(super) fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usize) -> Option<Fit> {
     let (instrumented, instrument) = &columns.instrument;
     let columns: Vec<&[f64]> = columns.values.iter().chain([instrument]).map(Vec::as_slice).collect();
     let count = columns.len();

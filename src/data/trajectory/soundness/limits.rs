@@ -9,7 +9,8 @@ crate::numbers! {
     least_scale = 1e-4, "-", "A smaller scale is no fault: a metre in ten kilometres";
     scale_matters = 0.01, "-", "A larger scale counts like a speed difference of 0.3 m/s on a motorway";
     least_clock = 0.02, "s", "A smaller shift of a clock is no fault: a fifth of a usual time step";
-    clock_matters = 0.2, "s", "A larger shift is as long as a reaction of a car with ACC";
+    clock_share = 0.2, "-", "Nor is one below this share of the file's time step";
+    clock_matters = 0.2, "s", "A shift from here on is as long as a reaction of a car with ACC";
     least_offset = 0.05, "m", "A smaller offset of the gap is no fault";
     offset_matters = 0.5, "m", "A larger offset changes `d_0` by a fifth";
     unrelated = 0.5, "m/s", "Gap rate minus speed difference, over a second, from which the signals do not belong together";
@@ -27,9 +28,11 @@ crate::numbers! {
     held_change = 1.0, "m", "Or the speeds imply that it changed by more meanwhile";
     held_matters = 0.01, "-", "Share of held or filled-in samples from which parameters follow them";
     coloured = 0.42, "-", "Autocorrelation of third differences beside that of white noise: sensors have up to 0.36";
-    slow_rate = 2.0, "Hz", "A signal of a lower rate does not determine accelerations";
-    coarse_speed = 0.2, "m/s", "Larger steps of a speed show in the acceleration: km/h without decimals";
-    coarse_gap = 0.5, "m", "Larger steps of a gap show in the spacing";
-    fast = 55.0, "m/s", "Followers are hardly faster: 198 km/h";
-    mostly_noise = 0.5, "-", "Share of noise in the variance of the acceleration from which a score with it judges the sensor";
+    noise_rate = 8.0, "Hz", "In files of a lower rate driving leaves as much in third differences as the noise of sensors";
+    slow_rate = 2.0, "Hz", "A signal of a lower rate than this lacks what tells accelerations";
+    held_rate = 5.5, "Hz", "A signal that is held between samples of up to this rate: at 5 Hz it moves a_min by 6 %";
+    coarse_speed = 0.2, "m/s", "Steps of a speed from here on are seen in the acceleration: km/h without decimals";
+    coarse_gap = 0.5, "m", "Steps of a gap from here on are seen in the spacing";
+    fast = 55.0, "m/s", "Hardly a car behind another one is faster: 198 km/h";
+    mostly_noise = 0.5, "-", "Share of noise in the variance of the acceleration from which on a score with it judges the sensor";
 }

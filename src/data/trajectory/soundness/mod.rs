@@ -59,8 +59,12 @@ pub fn check(recording: &Recording, platoon: usize, follower: usize) -> Result<S
 /// Checks a link, and the times of its platoon.
 #[must_use]
 pub fn check_platoon(platoon: &Platoon, link: &Link) -> Soundness {
-    let mut soundness = check_link(link);
-    soundness.findings.splice(0..0, time::of_time(&platoon.t));
+    // In another unit of time nothing else can be compared.
+    let mut soundness = match time::of_unit(link) {
+        Some(finding) => Soundness { findings: vec![finding], unseen: Vec::new(), rate_rms_mps: None },
+        None => check_link(link),
+    };
+    soundness.findings.splice(0..0, time::of_clock(&platoon.t));
     for finding in &mut soundness.findings {
         let row = finding.when.first().map(|[from, _]| platoon.t.partition_point(|&t| t < from - 0.5 * link.dt));
         finding.line = row.and_then(|row| platoon.lines.get(row)).copied();
@@ -72,9 +76,9 @@ pub fn check_platoon(platoon: &Platoon, link: &Link) -> Soundness {
 #[must_use]
 pub fn check_link(measured: &Link) -> Soundness {
     let mut link = measured.clone();
-    let mut findings: Vec<Finding> = units::too_fast(measured).collect();
+    let mut findings = Vec::new();
     let mut broken: Vec<Range<usize>> = Vec::new();
-    let (mut blurred, mut slow) = (false, false);
+    let (mut blurred, mut slow) = (false, measured.dt * LIMITS.slow_rate >= 1.0);
     for (k, signal) in measured.signals().into_iter().enumerate() {
         let values = &mut *[&mut link.v_l, &mut link.v_f, &mut link.gap][k];
         let resampled = noise::resampled(&signal, measured);
@@ -103,7 +107,9 @@ pub fn check_link(measured: &Link) -> Soundness {
             values[range.clone()].fill(f64::NAN);
         }
     }
-    findings.extend(units::noisy(measured));
+    findings.splice(0..0, units::too_fast(&link));
+    // What is held has no noise between its own samples.
+    findings.extend(units::noisy(&link));
     let mut unseen = Vec::new();
     let mut usable = level::Usable::new(&link, &broken, &[]);
     // A wrong unit explains any other contradiction.
@@ -119,6 +125,7 @@ pub fn check_link(measured: &Link) -> Soundness {
                 findings.extend(redundancy.findings(&link, blurred));
                 // Scales and clocks are allowed for; without other evidence, that is enough.
                 let rms = redundancy.residual_rate_rms(&link, &usable);
+                let rms = level::rate_rms(&link, &usable).map_or(rms, |measured| measured.min(rms));
                 left = left.or((rms > LIMITS.unrelated).then_some(rms));
             }
             None => {

@@ -77,9 +77,10 @@ fn level(d: &[f64], block: usize) -> Option<(f64, f64)> {
     Some((sigma, if variance > 0.0 { sigma * error / (2.0 * variance) } else { 0.0 }))
 }
 
-/// True if there is as much noise as a sensor has.
+/// True if there is as much noise as a sensor has, and the rate is high enough to distinguish it from driving.
 pub(super) fn noisy(signal: &Signal, link: &Link) -> bool {
-    level(&third(signal, link), link.samples(BLOCK_S)).is_some_and(|(sigma, _)| sigma > signal.noise_floor)
+    told(link)
+        && level(&third(signal, link), link.samples(BLOCK_S)).is_some_and(|(sigma, _)| sigma > signal.noise_floor)
 }
 
 /// Autocorrelation at lags 1 to [`LAGS`].
@@ -93,8 +94,16 @@ fn autocorrelation(d: &[f64]) -> Vec<f64> {
     (1..=LAGS).map(|lag| mean(lag) / variance).collect()
 }
 
+/// True if the rate is high enough to distinguish noise from driving.
+fn told(link: &Link) -> bool {
+    link.dt * LIMITS.noise_rate <= 1.0
+}
+
 /// A signal that is smoother than a sensor's.
 pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
+    if !told(link) {
+        return None;
+    }
     let d = third(signal, link);
     let (sigma, error) = level(&d, link.samples(BLOCK_S))?;
     let off = autocorrelation(&d)
@@ -166,7 +175,7 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
     let rate = 1.0 / (link.dt * factor);
     let held = how == HELD;
     let finding = Finding {
-        matters: rate < LIMITS.slow_rate,
+        matters: rate < if held { LIMITS.held_rate } else { LIMITS.slow_rate },
         remedies: if held { vec![Remedy::of("correct")] } else { Vec::new() },
         sentence: format!(
             "{}: sampled at {rate:.3} Hz, not at the file's {:.3} Hz, and {how}",

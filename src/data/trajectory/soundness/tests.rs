@@ -122,6 +122,62 @@ fn a_value_that_is_held_is_named() {
 }
 
 #[test]
+fn what_a_radar_says_without_a_target_is_one_fault() {
+    for (k, value) in [(0, 0.0), (0, 81.91), (1, 0.0), (2, 200.0), (2, 255.0), (2, 327.67), (2, 5.0)] {
+        let mut link = drive(0.1);
+        let values = [&mut link.v_l, &mut link.v_f, &mut link.gap].into_iter().nth(k).expect("three");
+        (1..6).for_each(|place| values[place * 190..place * 190 + 8].fill(value));
+        let found = told(&link);
+        assert!(found.len() == 1 && found[0].contains("4.0 s in 5 pieces were not measured"), "{k} {value}: {found:?}");
+    }
+}
+
+#[test]
+fn a_speed_that_is_held_for_a_fifth_of_a_second_is_named() {
+    let mut held = drive(0.1);
+    let before = held.v_f.clone();
+    held.v_f.iter_mut().enumerate().for_each(|(i, v)| *v = before[i / 2 * 2]);
+    let found = told(&held);
+    assert!(found.len() == 1 && found[0].contains("sampled at 5.000 Hz"), "{found:?}");
+}
+
+#[test]
+fn a_late_clock_is_one_fault() {
+    for k in 0..3 {
+        for late in [8, 15] {
+            let mut link = drive(0.1);
+            let whole = link.len();
+            for (place, values) in [&mut link.v_l, &mut link.v_f, &mut link.gap].into_iter().enumerate() {
+                *values = if place == k { values[..whole - late].to_vec() } else { values[late..].to_vec() };
+            }
+            let found = told(&link);
+            assert!(found.len() == 1 && found[0].contains(" s late against"), "{k} {late}: {found:?}");
+        }
+    }
+}
+
+#[test]
+fn other_units_of_time_are_named() {
+    for (dt, size, expected) in [
+        (0.1, 60.0, "unit = \"min\""),
+        (1.0, 60.0, "unit = \"min\""),
+        (0.1, 3600.0, "unit = \"h\""),
+        (1.0, 3600.0, "unit = \"h\""),
+        (0.1, 86_400.0, "unit = \"day\""),
+        (1.0, 86_400.0, "unit = \"day\""),
+        (0.04, 0.04, "frame_rate = 25"),
+        (0.1, 0.1, "frame_rate = 10"),
+    ] {
+        let seconds = drive(dt);
+        let found = time::of_unit(&Link { dt: dt / size, ..seconds }).expect(expected);
+        assert!(found.told().contains(expected), "{dt} {size}: {}", found.told());
+    }
+    for dt in [0.01, 0.04, 0.1, 0.5, 1.0] {
+        assert_eq!(time::of_unit(&drive(dt)), None, "{dt}");
+    }
+}
+
+#[test]
 fn units_and_exchanged_speeds_are_named() {
     for (factor, expected) in [(1.609_344, "kilometres per mile"), (1.097_28, "km/h per ft/s"), (3.6, "km/h")] {
         let mut scaled = drive(0.1);
@@ -173,13 +229,13 @@ fn a_clock_is_told_from_seconds() {
         (s / 3600.0).floor() * 1e4 + (s / 60.0).floor() % 60.0 * 100.0 + s % 60.0
     };
     let t: Vec<f64> = (0..600).map(clock).collect();
-    let found = time::of_time(&t).expect("a clock").told();
-    assert!(found.contains("145859.5 is followed by 145900") && found.contains("5 full minutes"), "{found}");
+    let found = time::of_clock(&t).expect("a clock").told();
+    assert!(found.contains("145859.5 is followed by 145900") && found.contains("5 times"), "{found}");
     let seconds: Vec<f64> = (0..6000).map(|i| f64::from(i) * 0.1).collect();
-    assert_eq!(time::of_time(&seconds), None);
-    // A pause of a minute is not a clock.
+    assert_eq!(time::of_clock(&seconds), None);
+    // A pause of a minute is no clock.
     let pause: Vec<f64> = (0..600).map(|i| f64::from(i) * 0.1 + if i < 300 { 0.0 } else { 60.0 }).collect();
-    assert_eq!(time::of_time(&pause), None);
+    assert_eq!(time::of_clock(&pause), None);
 }
 
 #[test]

@@ -1,28 +1,63 @@
-//! A time of day written as a number: 145959.9 is followed by 150000.0.
+//! Times that are not seconds: minutes, hours or days; frames; a time of day as a number, where 145959.9 is followed by 150000.0.
 
 use super::finding::{Finding, FindingKind, Remedy, Who};
+use super::link::Link;
 use crate::trajectory::error::problem::DAYS_STEP_S;
-use crate::trajectory::prepare::median_step;
+use crate::trajectory::factor;
+use crate::trajectory::prepare::{STEP_MAX_S, median_step};
 
 /// Of the steps of a clock, the one over a full minute is longer by this \[s\].
 const MINUTE: f64 = 40.0;
 /// The first invalid time of day.
 const DAY: f64 = 240_000.0;
 
-/// Finding that a time column holds a clock of the form HHMMSS, if it does.
-pub(super) fn of_time(t: &[f64]) -> Option<Finding> {
+/// Units of time that a table may have, their size \[s\] and how a column map calls them.
+const UNITS: [(f64, &str, &str); 3] = [(60.0, "minutes", "min"), (3600.0, "hours", "h"), (86_400.0, "days", "day")];
+/// Usual rates of frames \[1/s\].
+const RATES: [f64; 10] = [10.0, 12.5, 15.0, 20.0, 24.0, 25.0, 30.0, 50.0, 60.0, 100.0];
+/// Ratio of the changes of the gap to those that the speeds imply up to which both agree.
+const AGREE: std::ops::Range<f64> = 0.8..1.25;
+/// Ratio by which one frame rate differs from the next.
+const NEAR: f64 = 0.03;
+
+/// That the time is in another unit than seconds: in that unit gap and speeds agree.
+pub(super) fn of_unit(link: &Link) -> Option<Finding> {
+    let dv: Vec<f64> = link.v_l.iter().zip(&link.v_f).map(|(v_l, v_f)| v_l - v_f).collect();
+    let ratio = |size: f64| {
+        let t: Vec<f64> = (0..link.len()).map(|i| i as f64 * link.dt * size).collect();
+        factor::ratio([(t.as_slice(), dv.as_slice(), link.gap.as_slice())])
+    };
+    let agrees = |size: f64| ratio(size).is_some_and(|ratio| AGREE.contains(&ratio));
+    let is_whole = |x: f64| (x - x.round()).abs() < 1e-9;
+    let counted = is_whole(link.t_0) && is_whole(link.dt) && link.dt > 0.5;
+    let longer = UNITS.into_iter().filter(|(size, ..)| size * link.dt < STEP_MAX_S);
+    let (what, remedy) = if link.dt < DAYS_STEP_S {
+        ("in days".to_owned(), "unit = \"day\"".to_owned())
+    } else if counted {
+        let found = link.dt / ratio(1.0)?;
+        let rate = RATES.into_iter().find(|rate| (found / rate - 1.0).abs() < NEAR)?;
+        (format!("frames, {rate} per second"), format!("unit = \"frame\" and frame_rate = {rate}"))
+    } else {
+        let mut longer = longer.peekable();
+        longer.peek().filter(|_| !agrees(1.0))?;
+        let (_, unit, name) = longer.find(|(size, ..)| agrees(*size))?;
+        (format!("in {unit}"), format!("unit = \"{name}\""))
+    };
+    let step = if link.dt < 1e-3 { format!("{:.1e}", link.dt) } else { format!("{:.4}", link.dt) };
+    Some(Finding {
+        matters: true,
+        remedies: vec![Remedy::of("columns")],
+        sentence: format!(
+            "times from {} on, with steps of {step}: {what}? A column map with {remedy} for the time reads it",
+            link.t_0
+        ),
+        ..Finding::new(FindingKind::TimeUnit, Who::Both, "time", link.dt, "s")
+    })
+}
+
+/// That a time column holds a clock of the form HHMMSS, if it does.
+pub(super) fn of_clock(t: &[f64]) -> Option<Finding> {
     let usual = median_step(t)?;
-    if usual < DAYS_STEP_S {
-        return Some(Finding {
-            matters: true,
-            remedies: vec![Remedy::of("columns")],
-            sentence: format!(
-                "times of {} whose steps are {usual:.1e}: in days? A column map with unit = \"day\" for the time reads it",
-                t[0]
-            ),
-            ..Finding::new(FindingKind::TimeUnit, Who::Both, "time", usual, "s")
-        });
-    }
     let is_clock = |t: f64| (0.0..DAY).contains(&t) && t % 100.0 < 60.0 && (t / 100.0).floor() % 100.0 < 60.0;
     if !t.iter().all(|&t| is_clock(t)) {
         return None;

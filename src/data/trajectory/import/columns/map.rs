@@ -329,7 +329,13 @@ fn column(key: &str, entry: &Named, context: &Context) -> Result<Column, MapErro
         }
         (Some(quantity), unit) => {
             let unit = unit.as_deref().unwrap_or(quantity.si());
-            let Some(form) = quantity.form(unit) else {
+            // Some radars call it positive where the gap closes.
+            let turned = unit.strip_prefix('-').filter(|unit| role == Role::RelativeSpeed && !unit.is_empty());
+            let turn = |form| match form {
+                Form::Factor(factor) if turned.is_some() => Form::Factor(-factor),
+                form => form,
+            };
+            let Some(form) = quantity.form(turned.unwrap_or(unit)).map(turn) else {
                 let known = quantity.names();
                 return Err(MapError::Unit { path: path(), line, role: role_name, found: unit.to_owned(), known });
             };

@@ -7,7 +7,7 @@ mod clock;
 mod error;
 mod guess;
 mod map;
-mod pairs;
+pub(super) mod pairs;
 mod platoon;
 mod plausible;
 mod role;

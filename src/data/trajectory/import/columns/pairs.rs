@@ -38,7 +38,16 @@ pub(super) fn by_group(table: &Table, problems: &mut Problems) -> Result<(Vec<Gr
     let mut repeated = Repeated::default();
     let mut found = Vec::new();
     for (group, rows) in groups {
-        let pieces = if group.is_some() { pieces(rows, table) } else { vec![rows] };
+        let mut pieces = pieces(rows, table);
+        if group.is_none() && pieces.len() > 1 {
+            if table.guess.is_empty() {
+                let row = pieces[1][0];
+                let found = table.numbers(Role::Time).map_or(f64::NAN, |time| time[row]);
+                let kind = ProblemKind::TimeAnew { column: table.called(Role::Time), found };
+                return Err(problems.stop(table.lines[row], None, kind));
+            }
+            pieces = vec![pieces.concat()];
+        }
         for (number, mut rows) in (1..).zip(pieces) {
             check_times(&mut rows, table, &mut repeated, problems);
             let name = group.map(|group| table.dictionary[group as usize].clone());
@@ -128,16 +137,13 @@ const SLOW: f64 = 2.0;
 /// Faster than this is fast \[m/s\].
 const FAST: f64 = 8.0;
 
-/// Error: a speed of the vehicle ahead looks like the difference to that of the follower.
-fn relative(table: &Table, rows: &[usize]) -> Option<ProblemKind> {
-    let of = |role: Role| {
-        let speed = table.numbers(role)?;
-        crate::trajectory::import::median(rows.iter().map(|&row| speed[row]).filter(|v| v.is_finite()))
-    };
-    let (found, own) = (of(Role::LeadSpeed)?, of(Role::Speed)?);
-    let backwards = || table.numbers(Role::LeadSpeed).is_some_and(|v| rows.iter().any(|&row| v[row] < 0.0));
+/// That a speed of the vehicle ahead is the difference to that of the follower.
+pub fn relative(column: &str, lead: &[f64], own: &[f64]) -> Option<ProblemKind> {
+    let middle = |speed: &[f64]| crate::trajectory::import::median(speed.iter().copied());
+    let (found, own) = (middle(lead)?, middle(own)?);
+    let backwards = || lead.iter().any(|v| *v < 0.0);
     (found.abs() < SLOW && own > FAST && backwards()).then(|| ProblemKind::MappedRelative {
-        column: table.called(Role::LeadSpeed),
+        column: column.to_owned(),
         own,
         found,
     })
@@ -146,7 +152,9 @@ fn relative(table: &Table, rows: &[usize]) -> Option<ProblemKind> {
 /// Faults in the values of some rows: they are broken, or a vehicle drives backwards.
 fn faults(table: &Table, rows: &[usize]) -> Faults {
     let mut faults = table.faults(rows);
-    if let Some(kind) = relative(table, rows) {
+    let of = |role| rows.iter().map(|&row| table.numbers(role).map(|v| v[row])).collect::<Option<Vec<f64>>>();
+    let relative = || relative(&table.called(Role::LeadSpeed), &of(Role::LeadSpeed)?, &of(Role::Speed)?);
+    if let Some(kind) = relative() {
         faults.add(Problem { line: table.lines[rows[0]], column: None, kind });
         return faults;
     }
@@ -229,6 +237,7 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, follower: &str, r
         faults: faults(table, rows),
         ..Car::new(2, Some(follower))
     });
+    notes.extend(table.drivers(rows, 2));
     let lines = rows.iter().map(|&row| table.lines[row]).collect();
     (Platoon { id, t, lines, cars, notes }, pair)
 }

@@ -4,6 +4,7 @@
 use super::map::ColumnMap;
 use super::role::Role;
 use super::rows::Table;
+use crate::trajectory::Note;
 use crate::trajectory::error::ProblemKind;
 use crate::trajectory::factor;
 use crate::trajectory::import::median;
@@ -15,8 +16,10 @@ use std::slice;
 const FACTOR: f64 = 1.25;
 /// Less variation than this is not enough \[m\].
 const VARIATION_M: f64 = 1.0;
-/// Half of all vehicles are neither shorter nor longer than this \[m\].
-const LENGTHS: [f64; 2] = [1.5, 12.0];
+/// Half of all vehicles are neither shorter nor longer than this \[m\]: from a motorcycle to a lorry with two trailers.
+const LENGTHS: [f64; 2] = [1.5, 30.0];
+/// Half of all vehicles are longer than this \[m\] among lorries only, or where feet are taken for metres.
+const LORRIES: f64 = 12.0;
 /// A usual time step lies between these \[s\].
 const STEPS: [f64; 2] = [0.001, 5.0];
 
@@ -42,8 +45,8 @@ pub(super) struct Pair {
     pub fronts: Option<Vec<f64>>,
 }
 
-/// Checks the signals of each vehicle.
-pub(super) fn vehicles(table: &Table, map: &ColumnMap, tracks: &[Track], problems: &mut Problems) {
+/// Checks what each vehicle says about itself; a note of what may be right and is unusual.
+pub(super) fn vehicles(table: &Table, map: &ColumnMap, tracks: &[Track], problems: &mut Problems) -> Option<Note> {
     let line = table.header_line.max(1);
     let (mut driven, mut moved) = (0.0, 0.0);
     for track in tracks.iter().filter(|track| track.x.len() == track.t.len()) {
@@ -72,10 +75,17 @@ pub(super) fn vehicles(table: &Table, map: &ColumnMap, tracks: &[Track], problem
         problems.add(line, None, ProblemKind::UnitsContradict { a, b, ratio, hint });
     }
     let lengths = median(tracks.iter().filter_map(|track| track.length));
-    if let Some(found) = lengths.filter(|length| !(LENGTHS[0]..=LENGTHS[1]).contains(length)) {
+    // A table has feet or metres; where a map says that it has both, long vehicles are no lorries.
+    let unit = |role| map.column(role).map(|column| &column.unit);
+    let distances = [Role::Position, Role::Gap, Role::Headway].into_iter().filter_map(unit);
+    let mixed = unit(Role::Length).is_some_and(|own| distances.into_iter().any(|other| other != own));
+    let [lowest, highest] = [LENGTHS[0], if mixed { LORRIES } else { LENGTHS[1] }];
+    if let Some(found) = lengths.filter(|length| !(lowest..=highest).contains(length)) {
         let column = table.called(Role::Length);
-        problems.add(line, None, ProblemKind::MappedLength { column, lowest: LENGTHS[0], highest: LENGTHS[1], found });
+        problems.add(line, None, ProblemKind::MappedLength { column, lowest, highest, found });
     }
+    let lorries = lengths.filter(|&length| length > LORRIES);
+    lorries.map(|median_m| Note::LongVehicles { column: table.called(Role::Length), median_m })
 }
 
 /// Checks the signals of the pairs against each other.
@@ -96,8 +106,13 @@ pub(super) fn pairs(table: &Table, pairs: &[Pair], problems: &mut Problems) {
     for role in [Role::Gap, Role::Headway] {
         let Some(ratio) = against_speeds(pairs, role) else { continue };
         let car = first(table, role, pairs, |pair| against_speeds(slice::from_ref(pair), role).is_some());
-        let [a, b] = [role, Role::Speed].map(|role| table.called_of(role, car));
-        let hint = hint(ratio, "check both units in the column map");
+        let speed = if table.numbers(Role::RelativeSpeed).is_some() { Role::RelativeSpeed } else { Role::Speed };
+        let [a, b] = [role, speed].map(|role| table.called_of(role, car));
+        let hint = if speed == Role::RelativeSpeed && ratio < 0.0 {
+            "the relative speed is that of the follower minus that of the vehicle ahead: set its unit to \"-m/s\" in the column map".to_owned()
+        } else {
+            hint(ratio, "check both units in the column map")
+        };
         problems.add(line, None, ProblemKind::UnitsContradict { a, b, ratio, hint });
     }
 }

@@ -24,6 +24,8 @@ pub(super) enum Role {
     Ahead,
     Group,
     Lane,
+    /// Who drives the vehicle of the row, or the follower.
+    Driver,
     Position,
     Speed,
     Acceleration,
@@ -45,7 +47,7 @@ impl Role {
     /// The measured quantity; `None`: a name.
     pub fn quantity(self) -> Option<Quantity> {
         match self {
-            Role::Id | Role::Ahead | Role::Group | Role::Lane => None,
+            Role::Id | Role::Ahead | Role::Group | Role::Lane | Role::Driver => None,
             Role::Time => Some(Quantity::Time),
             Role::Speed | Role::LeadSpeed | Role::RelativeSpeed | Role::Lead2Speed => Some(Quantity::Speed),
             Role::Acceleration => Some(Quantity::Acceleration),

@@ -8,6 +8,7 @@ use super::unit::{Form, Quantity};
 use super::wanted::{Wanted, wanted};
 use crate::trajectory::Note;
 use crate::trajectory::error::{Faults, Problem, ProblemKind};
+use crate::trajectory::import::driver_modes;
 use crate::trajectory::import::header::{Field, Header, check_names, check_separator, column_of, split_at};
 use crate::trajectory::import::lines::Lines;
 use crate::trajectory::import::preamble;
@@ -73,6 +74,12 @@ impl Table {
 
     pub fn names(&self, role: Role) -> Option<&[u32]> {
         self.names.iter().find(|(r, _)| *r == role).map(|(_, values)| values.as_slice())
+    }
+
+    /// Who drives car `car` in these rows, and who takes over.
+    pub fn drivers(&self, rows: &[usize], car: usize) -> Vec<Note> {
+        let (Some(names), Some(time)) = (self.names(Role::Driver), self.numbers(Role::Time)) else { return Vec::new() };
+        driver_modes(car, rows.iter().map(|&row| (time[row], self.dictionary[names[row] as usize].as_str())))
     }
 
     /// Group and id of a row, 0 without such a column.
@@ -204,7 +211,7 @@ fn header<R: Read>(
         }
     }
     if map.separator == Separator::Comma {
-        check_separator(&first, line, true, problems)?;
+        check_separator(&first, line, Some(lines), problems)?;
     }
     split_by(&first, map.separator, &mut fields);
     check_names(&fields, problems)?;
@@ -289,6 +296,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
         }
         table.terminated = lines.terminated;
         let expected = header.names.len();
+        header.check_row(&fields, lines.number(), problems)?;
         let surplus = fields.iter().skip(expected).any(|field| !field.text.is_empty());
         if fields.len() < expected || surplus {
             let kind = ProblemKind::FieldCount { expected, found: fields.len(), last: !lines.terminated };

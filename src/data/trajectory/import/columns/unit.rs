@@ -41,9 +41,15 @@ impl Quantity {
     /// Names of the units of this quantity with their size in SI; a frame has the size that the frame rate gives it.
     pub fn units(self) -> &'static [(&'static str, f64)] {
         match self {
-            Quantity::Time => {
-                &[("s", 1.0), ("ms", 1e-3), ("us", 1e-6), ("ns", 1e-9), ("min", 60.0), ("frame", f64::NAN)]
-            }
+            Quantity::Time => &[
+                ("s", 1.0),
+                ("ms", 1e-3),
+                ("us", 1e-6),
+                ("ns", 1e-9),
+                ("min", 60.0),
+                ("h", 3600.0),
+                ("frame", f64::NAN),
+            ],
             Quantity::Length => {
                 &[("m", 1.0), ("km", 1e3), ("cm", 1e-2), ("mm", 1e-3), ("ft", FOOT), ("yd", 3.0 * FOOT), ("mi", MILE)]
             }

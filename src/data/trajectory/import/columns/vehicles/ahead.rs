@@ -8,8 +8,8 @@ use std::collections::HashMap;
 pub(super) const ABSENT: u32 = u32::MAX;
 
 impl Long<'_> {
-    /// The vehicle that each row names, and its row at the same time.
-    pub(super) fn named_ahead(&self) -> Vec<Option<(u32, u32)>> {
+    /// The vehicle that each row names, and its row at the same time; and how many vehicles follow one that the table does not have.
+    pub(super) fn named_ahead(&self) -> (Vec<Option<(u32, u32)>>, usize) {
         let ahead = self.table.names(Role::Ahead).expect("a map without it is refused, or searches");
         // Several vehicles may have a number, one after the other.
         let mut bearers: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
@@ -18,8 +18,10 @@ impl Long<'_> {
         }
         let nobody: Vec<bool> = self.table.dictionary.iter().map(|name| self.map.nobody.contains(name)).collect();
         let mut found = vec![None; self.time.len()];
+        let mut absent = vec![false; self.vehicles.len()];
         for (ego, vehicle) in (0..).zip(&self.vehicles) {
             for &row in vehicle.rows.iter().filter(|&&row| !nobody[ahead[row] as usize]) {
+                absent[ego as usize] |= !bearers.contains_key(&(vehicle.key.0, ahead[row]));
                 let bearers = bearers.get(&(vehicle.key.0, ahead[row])).map(Vec::as_slice).unwrap_or_default();
                 let t = self.time[row];
                 // The one at its time; they do not overlap.
@@ -36,7 +38,7 @@ impl Long<'_> {
                 });
             }
         }
-        found
+        (found, absent.into_iter().filter(|absent| *absent).count())
     }
 
     /// The nearest vehicle in front in the same lane and group at the same time, which drives in the same direction.

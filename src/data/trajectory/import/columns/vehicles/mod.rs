@@ -25,7 +25,7 @@ struct Stretch {
 
 /// The pairs of the table, the longest first.
 pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
-    let long = Long::new(table, map, problems)?;
+    let mut long = Long::new(table, map, problems)?;
     let mut stretches: Vec<Stretch> = Vec::new();
     for ego in 0..long.vehicles.len() {
         long.follow(ego, &mut stretches);
@@ -52,9 +52,10 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
     }
     if map.check_units {
         let pairs: Vec<Pair> = stretches.iter().map(|s| long.pair(s)).collect();
-        plausible::vehicles(table, map, &long.tracks(), problems);
+        let unusual = plausible::vehicles(table, map, &long.tracks(), problems);
         plausible::pairs(table, &pairs, problems);
         problems.check()?;
+        long.notes.extend(unusual);
     }
     let short = all - stretches.len();
     // Stable, so pairs of equal length stay in the order of the file.
@@ -97,7 +98,13 @@ impl<'a> Long<'a> {
         let mut notes = Vec::new();
         let vehicles = tracks::vehicles(table, map, problems, &mut notes)?;
         let mut long = Long { table, map, time, speed, ahead: Vec::new(), vehicles, notes };
-        long.ahead = if map.is_searched() { long.nearest_in_front() } else { long.named_ahead() };
+        if map.is_searched() {
+            long.ahead = long.nearest_in_front();
+        } else {
+            let (ahead, vehicles) = long.named_ahead();
+            long.ahead = ahead;
+            long.notes.extend((vehicles > 0).then_some(Note::LeadersAbsent { vehicles }));
+        }
         Ok(long)
     }
 
@@ -271,6 +278,8 @@ impl<'a> Long<'a> {
         if count > 1 {
             id += &format!(".{count}");
         }
+        let own: Vec<usize> = stretch.rows.iter().map(|rows| rows.0).collect();
+        notes.extend(self.table.drivers(&own, 2));
         Platoon {
             id: Some(id),
             t: stretch.rows.iter().map(|rows| self.time[rows.0]).collect(),
