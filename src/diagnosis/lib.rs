@@ -2,6 +2,7 @@
 //!
 //! Part of leadlag. Its interface may change with any version; depend on `leadlag`.
 
+pub mod describe;
 pub mod diagnose;
 pub mod judge;
 pub mod race;

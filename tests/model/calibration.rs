@@ -504,7 +504,7 @@ fn a_progress_that_breaks_once_ends_every_replicate() {
     assert!(found.iter().all(|replicate| (replicate.stop, replicate.evaluations) == (StopReason::Interrupted, 100)));
 }
 
-/// A stop also ends searches that have not begun: on a long drive a generation of each takes a minute.
+/// A stop also ends searches that wait for their turn: on a long drive a generation of each takes a minute.
 #[test]
 fn whoever_stops_many_replicates_waits_for_no_generation() {
     let (case, _, space) = own_drive("idm", &FREE);

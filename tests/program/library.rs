@@ -41,7 +41,12 @@ fn a_calibration() {
     assert!(evaluator.scores(&best[1..]).expect_err("a value is missing").is_usage());
 
     // An interruption keeps the results so far.
-    let stopped = calibration_of("idm").run_on(&[&drive], &mut |_| ControlFlow::Break(())).expect("one generation");
+    let mut told = 0;
+    let mut second = |_: &leadlag::Progress| {
+        told += 1;
+        if told > 1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    let stopped = calibration_of("idm").run_on(&[&drive], &mut second).expect("one generation");
     assert!(stopped.intervals().is_empty() && stopped.score().is_finite());
 }
 

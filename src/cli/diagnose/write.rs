@@ -2,11 +2,11 @@
 
 use super::super::change::Change;
 use super::super::folder::{DIAGNOSIS, RACE, RECOMMENDED_BOUNDS, finish, of_diagnosis};
+use crate::describe::{Diagnosis, Series};
 use crate::diagnose::Drive;
 use crate::diagnose::describe::free::Free;
 use crate::report::diagnosis::pictures;
 use crate::report::svg::{Panel, Series as Line, Style, render};
-use crate::result::diagnosis::describe::{Diagnosis, Series};
 use std::path::Path;
 
 /// diagnosis.json, per drive missing_acceleration_N.csv and simulation_N.svg, the pictures, each adopted cause as NAME.wgsl, and the bounds of the recommended model.

@@ -230,7 +230,7 @@ fn a_clock_is_told_from_seconds() {
     };
     let t: Vec<f64> = (0..600).map(clock).collect();
     let found = time::of_clock(&t).expect("a clock").told();
-    assert!(found.contains("145859.5 is followed by 145900") && found.contains("5 times"), "{found}");
+    assert!(found.contains("145859.5 is followed by 145900") && found.contains("5 full minutes"), "{found}");
     let seconds: Vec<f64> = (0..6000).map(|i| f64::from(i) * 0.1).collect();
     assert_eq!(time::of_clock(&seconds), None);
     // A pause of a minute is no clock.

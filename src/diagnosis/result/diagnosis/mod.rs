@@ -1,7 +1,6 @@
 //! The result of a diagnosis as a file: the JSON of `--json` and of `diagnosis.json`.
 
 mod advice;
-pub mod describe;
 pub mod recommended;
 
 use self::recommended::{ClosedLoopEntry, LawEntry, Power, Recommended};

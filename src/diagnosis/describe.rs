@@ -1,10 +1,5 @@
 //! The whole of a diagnosis: the cause, and beside it what the error looks like and what the cause is worth.
 
-use super::recommended::ClosedLoopEntry;
-use super::{
-    CauseEntry, DriveEntry, ErrorsEntry, HeldBackEntry, LeftOverEntry, ModelEntry, NotTriedEntry, Outcome,
-    ParameterEntry, RungEntry, SCHEMA_VERSION,
-};
 use crate::calibrate::CalibrateError;
 use crate::catalog::Variant;
 use crate::convention::Convention;
@@ -18,6 +13,11 @@ use crate::diagnose::likelihood::observer::{Noise, design};
 use crate::diagnose::{Adopted, Fitted, Inference, POLICY, Progress, Question, Verdict};
 use crate::extension::Extension;
 use crate::race::{Answer, Delivered, combine};
+use crate::result::diagnosis::recommended::ClosedLoopEntry;
+use crate::result::diagnosis::{
+    CauseEntry, DriveEntry, ErrorsEntry, HeldBackEntry, LeftOverEntry, ModelEntry, NotTriedEntry, Outcome,
+    ParameterEntry, RungEntry, SCHEMA_VERSION,
+};
 use crate::symbols::Parameters;
 use std::ops::ControlFlow;
 
