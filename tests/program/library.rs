@@ -41,12 +41,12 @@ fn a_calibration() {
     assert!(evaluator.scores(&best[1..]).expect_err("a value is missing").is_usage());
 
     // An interruption keeps the results so far.
-    let mut told = 0;
-    let mut second = |_: &leadlag::Progress| {
-        told += 1;
-        if told > 1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    };
-    let stopped = calibration_of("idm").run_on(&[&drive], &mut second).expect("one generation");
+    let mut calls = 0;
+    let stopped = calibration_of("idm").run_on(&[&drive], &mut |_| {
+        calls += 1;
+        if calls > 1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    let stopped = stopped.expect("one generation");
     assert!(stopped.intervals().is_empty() && stopped.score().is_finite());
 }
 

@@ -132,7 +132,7 @@ fn the_sound_drivers_of_a_fleet_become_a_distribution_and_its_page_names_the_oth
     assert_eq!(leadlag(&["export", "sumo", text(&folder), "--sumo", "."]).status.code(), Some(2));
     let page = report(&folder);
     assert!(page.contains("<strong>1 pairs with doubtful data.</strong>") && page.contains("Cleo follower 1 (unit)"));
-    /// The page of a single driver uses the words of every other command.
+    // The page of a single driver uses the words of every other command.
     let (table, map) = (folder.with_file_name("table.csv"), folder.with_file_name("map.toml"));
     let out = folder.with_file_name("cleo");
     let arguments = ["calibrate", text(&table), "--columns", text(&map), "--trajectory", "Cleo", "--model", "idm"];
