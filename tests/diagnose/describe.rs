@@ -1,4 +1,4 @@
-//! The description of an error: its budget and its profiles, on made-up series whose answer is known.
+//! The description of an error: its breakdown and its profiles, on synthetic series with a known answer.
 
 use leadlag::internal::diagnose::describe::covariates::Covariates;
 use leadlag::internal::diagnose::describe::error_breakdown::{Errors, Regime, budget};
@@ -22,7 +22,7 @@ fn noise(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// A drive of 900 s on a lap of 2 km: the speed swings slowly, the grade repeats with the place.
+/// A drive of 900 s on a lap of 2 km: the speed oscillates slowly, and the grade repeats with the place.
 fn scene(seed: u64) -> Covariates {
     let mut random = noise(seed);
     let phase = 3.0 * random();
@@ -177,12 +177,12 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
                  --grade a/long/way/to/Slope.csv --lead-start 12.5 --out out\n";
     let (_, rest) = said.split_once("To calibrate").expect("a way on");
     assert!(format!("To calibrate{rest}").starts_with(typed), "{rest}");
-    // Files of their own are held back: nothing is cut.
+    // Separate files are held back, so no file is cut.
     let said = diagnosis(&outcome, &Beside::default());
     assert!(said.contains("a.csv [train] follower 1, 0.0 to 120.0 s\n") && !said.contains("To calibrate"), "{said}");
 }
 
-/// A diagnosis of IDM with delay in which nothing is named, with these fields instead.
+/// A diagnosis of IDM with delay and no name, with these fields replaced.
 fn outcome(fields: serde_json::Value) -> Outcome {
     let parameter =
         serde_json::json!({"name": "v_0", "value": 60.0, "unit": "m/s", "interval": null, "at_bound": true});
@@ -223,7 +223,7 @@ fn a_base_that_crashes_and_a_likelier_one_are_told_in_text_and_page() {
     assert!(text.contains("agree within 0 m/s"), "{text}");
     // The page marks the same values at their bound as the terminal.
     assert!(text.contains("at its bound") && page.contains("<td>at its bound</td>"), "{text}");
-    // No crash, no words about one, and no key.
+    // Without a crash, no message about one and no key.
     let [_, page] = said(&self::outcome(serde_json::json!({})));
     assert!(!page.contains("runs into the car ahead") && !page.contains("broken_off"));
 }
@@ -312,7 +312,7 @@ fn without_a_name_the_text_says_what_the_drives_could_have_shown() {
     let found = |minutes| said(&outcome(serde_json::json!({ "power": power(minutes), "closed_loop": tested })));
     let first = "A gain of 6 % at 15 s would have been found with a probability of 80 %.";
     let then = "About 35 more minutes of such driving would decide on dead_zone with grade.";
-    // Ten times as much driving as was given is no advice.
+    // Ten times the given driving time is not useful advice.
     for (minutes, is_told) in [(Some(35.2), true), (None, false), (Some(900.0), false)] {
         for words in found(minutes) {
             assert!(words.contains(first) && words.contains(then) == is_told, "{words}");
@@ -338,7 +338,7 @@ fn the_base_on_what_is_held_back_is_always_told() {
     assert!(!text.contains("left data out") && !page.contains("left data out"));
 }
 
-/// Where nothing is found, the text says what was not tried and how much remains unexplained.
+/// If no cause is found, the text lists the causes that were not tried and the unexplained acceleration.
 #[test]
 fn nothing_found_says_what_was_not_tried_and_what_is_left() {
     let untried =
@@ -406,7 +406,7 @@ fn only_neighbouring_classes_are_joined_by_a_line() {
     let (whole, split) = (drawn(&[0, 1, 2, 3]), drawn(&[0, 1, 5, 6, 9]));
     assert_eq!((whole.0, split.0), (1, 2), "a line for each stretch of neighbours, none for a class that has none");
     assert_eq!(split.1 - whole.1, 1, "a point for each class");
-    // Classes that the profiles number: a lap of which a part was never driven.
+    // The profiles number the classes of a lap, a part of which was never driven.
     let mut gap = scene(3);
     let d: Vec<f64> = gap
         .place

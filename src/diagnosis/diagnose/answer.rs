@@ -1,4 +1,4 @@
-//! The verdict: what the search found and what is left, in words. The first line that applies decides.
+//! The verdict in words, from what the search found and what remains unexplained. The first line that applies decides.
 
 use crate::diagnose::describe::specification::Leftovers;
 use crate::diagnose::judge::fate::Objection;
@@ -11,23 +11,23 @@ use crate::diagnose::select::adopt::State;
 use crate::extension::Extension;
 use std::iter;
 
-/// Everything a verdict follows from.
+/// Everything that the verdict depends on.
 pub struct Answer<'a> {
-    /// Where the search ended.
+    /// The state of the search at its end.
     pub state: &'a State,
-    /// What the present model leaves.
+    /// What the present model leaves unexplained.
     pub left: &'a Leftovers,
     /// Other base models without causes, the likeliest first.
     pub others: &'a [FittedModel],
-    /// Why the base cannot be trusted, if it cannot.
+    /// Why the base cannot be trusted; `None` if nothing contradicts it.
     pub contradicted: Option<String>,
     /// Missing acceleration of the base without causes \[m/s²\].
     pub sigma_at_start: f64,
 }
 
-/// What a line of the table says where it applies: the reason, and what is left over by it.
+/// Result of a line that applies: the reason, and the structure left over that it reports.
 pub type Said = (String, Option<LeftOver>);
-/// A line of the table: verdict, condition in words, and the condition itself with the sentence.
+/// A line of the table: verdict, condition in words, and the function that checks the condition and writes the reason.
 pub type Line = (Verdict, &'static str, fn(&Answer<'_>) -> Option<Said>);
 
 /// The verdicts. The first line that applies decides.
@@ -59,7 +59,7 @@ pub const VERDICTS: [Line; 12] = [
 ];
 
 impl Answer<'_> {
-    /// The first line that applies, or that nothing is found; with what is left over by it.
+    /// The first line that applies, or that nothing is found; with the structure left over that it reports.
     pub fn verdict(&self) -> (Verdict, String, Vec<LeftOver>) {
         let first = VERDICTS.iter().find_map(|(verdict, _, line)| line(self).map(|said| (*verdict, said)));
         let (verdict, (reason, left)) = first.unwrap_or_else(|| (Verdict::Nothing, (self.nothing(), None)));
@@ -79,14 +79,14 @@ impl Answer<'_> {
         self.state.current.causes.iter().map(|cause| cause.name.clone()).collect::<Vec<_>>().join(", then ")
     }
 
-    /// By how much another law has to be ahead of, or behind, causes \[nats\]. Of two models that both have it right, one is ahead by a
-    /// little of what the causes explain: Gipps' spacing is a headway that depends on speed.
+    /// Margin by which another law has to lead or trail the causes \[nats\]. If both models are right, one leads by a small share of the
+    /// evidence of the causes: Gipps' spacing, for example, is a headway that depends on speed.
     fn alike(&self) -> f64 {
         POLICY.other_law.max(POLICY.alike * self.state.explained())
     }
 
-    /// Another base without causes that is likelier than the present model by more than so many nats: its name in the paper, and by
-    /// how much.
+    /// The likeliest other base without causes, if it leads the present model by more than `margin` \[nats\]: its name in the paper, and
+    /// its lead.
     fn other_law(&self, margin: f64) -> Option<(&'static str, LeftOver)> {
         let other = self.others.first()?;
         let ahead = other.fit.log_likelihood - self.state.current.fit.log_likelihood;
@@ -94,14 +94,14 @@ impl Answer<'_> {
         (ahead > margin).then_some((other.variant.base.paper, LeftOver { kind, place, size: ahead, evidence: ahead }))
     }
 
-    /// The likeliest cause that something spoke against although it gains far more than it needs.
+    /// The likeliest cause that a check rejected although it gains far more than its threshold.
     fn stopped(&self) -> Option<(&'static Extension, String, &Objection, f64)> {
         let strong = |(_, evidence, need, _): &&(_, f64, f64, _)| *evidence > POLICY.stopped * need;
         let (cause, evidence, need, objection) = self.without_causes()?.stopped.iter().find(strong)?;
         Some((cause, format!("{} gains {evidence:.0} nats ({need:.0} needed), but", cause.name), objection, *evidence))
     }
 
-    /// The row of the ladder with most evidence.
+    /// The row of the ladder with the most evidence.
     fn closest(&self) -> Option<&Tried> {
         let judged = self.state.ladder.iter().filter(|row| row.evidence.is_finite());
         judged.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
@@ -192,7 +192,7 @@ fn named(answer: &Answer<'_>) -> Option<Said> {
 
 fn another_law(answer: &Answer<'_>) -> Option<Said> {
     let state = answer.without_causes()?;
-    // Of two laws that are alike on these data one is ahead by chance: what a cause needs, a law needs too.
+    // Of two equally good laws, one leads by chance, so a law must also exceed the threshold of a cause.
     let (law, left) = answer.other_law(state.need.max(POLICY.other_law))?;
     let term = answer.left.strongest().map_or(0.0, |term| term.evidence);
     let reason = format!(
@@ -242,7 +242,7 @@ fn perhaps_absorbed(answer: &Answer<'_>) -> Option<Said> {
     Some((format!("{} might be missing, but a calibration absorbs it in {by}", absorbed.name), None))
 }
 
-/// Which drive would tell a cause from its rival: what the file of either says.
+/// A drive that would distinguish a cause from its rival, from the file of either.
 fn experiment<'a>(cause: &'a Extension, rival: &'a Extension) -> &'a str {
     let own = |of: &'a Extension| of.cause.as_ref().and_then(|cause| cause.experiment.as_deref());
     own(cause)
@@ -250,7 +250,7 @@ fn experiment<'a>(cause: &'a Extension, rival: &'a Extension) -> &'a str {
         .unwrap_or("drives of another kind: a leader that stops, drives off fast, and keeps several speeds for minutes")
 }
 
-/// What to add where a member of the phase family is named although gusts are left: the observer's states are not what the car saw late.
+/// A caveat for a member of the phase family that is named in gusts: there the observer's states differ from what the car perceived late.
 fn in_gusts(causes: &[&Extension], noise: &Noise) -> String {
     if noise.sigma_d <= POLICY.calm || causes.iter().all(|cause| cause.family() != PHASE) {
         return String::new();
@@ -276,7 +276,7 @@ mod tests {
         assert_eq!([in_gusts(&[grade], &gusts), in_gusts(&[delay], &calm)], ["", ""]);
     }
 
-    /// A rival of what was found first, whose kin was found later, is none.
+    /// If the rival of a cause, or a relative of it, was found in a later round, it is no longer a rival.
     #[test]
     fn a_rival_of_one_of_several_causes_leaves_doubt() {
         let drives = [made_up::drive("made_up.csv", 0.0)];

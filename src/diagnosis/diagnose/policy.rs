@@ -1,9 +1,9 @@
-//! Every number that decides what the likelihood names, and what a verdict is, with its unit and its reason.
+//! Every number that decides a name or a verdict of the likelihood, with its unit and reason.
 
 pub use leadlag_data::numbers::Number;
 
 leadlag_data::numbers! {
-    /// What decides. One home for each number.
+    /// The deciding numbers; each is defined only here.
     Policy POLICY:
     alpha = 0.01, "-", "Chance of a false name in a drive without a cause, shared among all causes";
     lasting = 1.7, "s", "If the missing acceleration lasts less, with the likeliest cause and without, it is noise of sensors; gusts last longer";

@@ -36,7 +36,7 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -
     page.finish(&format!("Diagnosis of {base}"), &lead, &outcome.to_json(), made)
 }
 
-/// What the base model gets wrong, and where.
+/// The errors of the base model, and their breakdown.
 fn wrong(page: &mut Page, outcome: &Outcome, charts: Vec<Chart>) {
     page.section("wrong", "What is wrong, and where?");
     page.paragraph("Measured car, base model and extended model, each simulated freely behind the measured car ahead.");
@@ -253,7 +253,7 @@ fn left(page: &mut Page, outcome: &Outcome) {
 mod tests {
     use super::*;
 
-    /// Errors are compared only where both models reach the end; crashes matter most where one does not.
+    /// Errors are compared only if both models reach the end; crashes matter most if one does not.
     #[test]
     fn crashes_are_told_where_there_are_some() {
         let gain = Gain {

@@ -4,19 +4,19 @@ use crate::evaluator::CaseError;
 use crate::extension::{Extension, ExtensionConflict};
 use std::fmt;
 
-/// Why a cause could not be tried. `Display` says it after the cause's name.
+/// Why a cause could not be tried. `Display` follows the name of the cause.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Untried {
     /// It cannot be in the model.
     Conflict(ExtensionConflict),
     /// The data lack what it needs, or are too short.
     Data(CaseError),
-    /// Nothing tells with which values of these parameters to begin; they have no neutral one.
+    /// Parameters without a neutral value for which nothing gives a start value.
     NoStart {
-        /// Their names; none where the cause has no parameter at all.
+        /// Their names; empty if the cause has no parameter at all.
         parameters: Vec<String>,
     },
-    /// No run from any start came to the end.
+    /// No start gives a complete run.
     NotFinite,
 }
 
@@ -24,7 +24,7 @@ pub enum Untried {
 pub type Skipped = (&'static Extension, Untried);
 
 impl Untried {
-    /// What to do about it.
+    /// The remedy.
     #[must_use]
     pub fn remedy(&self) -> String {
         match self {

@@ -1,11 +1,11 @@
-//! What a result asks its reader to do before anything else, and next.
+//! The first and the next action that a result recommends to its reader.
 
 use super::Outcome;
 use crate::diagnose::Verdict;
 use crate::diagnose::drive::drivers::DIFFERENT;
 
 impl Outcome {
-    /// What is to be done before the verdict is read, where the data are to blame for it.
+    /// The action before the verdict, if the data are at fault.
     #[must_use]
     pub fn data_first(&self) -> Option<String> {
         if self.data.iter().any(|entry| entry.units.is_some()) {
@@ -27,7 +27,7 @@ impl Outcome {
                     .to_owned(),
             );
         }
-        // A base is not to blame for a gap that it cannot have driven.
+        // A base is not at fault for a gap that it cannot have driven.
         let broken = self.data_findings.iter().any(|f| f.name == "inconsistent");
         let shaken = matches!(self.verdict, Verdict::BadBase | Verdict::Unexplained);
         (broken && shaken).then(|| {
@@ -37,7 +37,7 @@ impl Outcome {
         })
     }
 
-    /// The base model to go on with, where the car follows another law: as `--base` takes it.
+    /// The base model to continue with if the car follows another law, as `--base` takes it.
     #[must_use]
     pub fn likelier_base(&self) -> Option<String> {
         let family = self.left_over.iter().find(|left| left.kind == "family")?;
