@@ -166,7 +166,7 @@ fn what_could_not_be_tried_is_listed_with_its_reason() {
     let listed = json["not_tried"].as_array().expect("a list");
     let expected = [
         ("broken", "gives no finite result at any size tried"),
-        ("late", "nothing in the data tells with which v_on to begin"),
+        ("late", "the data give no start value for v_on"),
         ("fixed", "has no parameter to be fitted"),
         // A pair file of two cars has no car further ahead.
         ("multi_anticipation", "needs the speed of the car ahead of the preceding vehicle"),

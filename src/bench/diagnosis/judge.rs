@@ -255,7 +255,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
         ("family", _) => "idm",
         (_, base) => base,
     };
-    let variant: Variant = base.parse().expect("tasks name bases that there are");
+    let variant: Variant = base.parse().expect("tasks name existing bases");
     let effort = task.effort.parse().unwrap_or_default();
     let causes: Vec<&'static Extension> = library().iter().copied().filter(|e| e.cause.is_some()).collect();
     let bounds = crate::calibrate::Overrides::new();

@@ -53,7 +53,7 @@ pub fn planted(task: &DiagnosisTask) -> Result<Planted, BenchError> {
 
 fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
     let mut rng = stream(task.seed, draw, 0, 0);
-    let base: Base = task.base.parse().expect("tasks name bases that there are");
+    let base: Base = task.base.parse().expect("tasks name existing bases");
     let mut car = plant::drawn(base, rng.random(), 2);
     if task.gusts_mps2 > 0.0 {
         car.gusts = Some(Gusts { sigma_mps2: task.gusts_mps2, time_constant_s: GUST_S });
@@ -83,7 +83,7 @@ fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
             .causes
             .iter()
             .map(|name| {
-                let kind: EffectKind = name.parse().expect("tasks name effects that there are");
+                let kind: EffectKind = name.parse().expect("tasks name existing effects");
                 let effect = Effect::medium(kind);
                 let set = |effect: Effect, name: &str, value: f64| effect.with(name, value).expect("within its range");
                 let at = task.duration_s * rng.random_range(0.3..0.6);

@@ -32,30 +32,30 @@ pub type Line = (Verdict, &'static str, fn(&Answer<'_>) -> Option<Said>);
 
 /// The verdicts. The first line that applies decides.
 pub const VERDICTS: [Line; 12] = [
-    (Verdict::Unexplained, "causes, but another law without any is likelier", another_law_instead),
+    (Verdict::Unexplained, "causes are found, but another law without causes is likelier", another_law_instead),
     (Verdict::BadBase, "the data contradict parameters of the base, or its calibrations do not agree", contradicted),
     (
         Verdict::Unexplained,
-        "causes, but something more than half as large repeats with the place, the speed, the gap or the command",
+        "causes are found, but a dependence on place, speed, gap or command has more than half of their evidence",
         proxies,
     ),
     (
         Verdict::Unexplained,
-        "causes, but single instants are left, and more than half of the missing acceleration",
+        "causes are found, but bursts and more than half of the missing acceleration remain",
         proxies_of_instants,
     ),
-    (Verdict::Ambiguous, "causes, and rivals of them", rivals),
-    (Verdict::Named, "causes", named),
-    (Verdict::Unexplained, "no cause, but another law is likelier", another_law),
-    (Verdict::Unexplained, "no cause, but something repeats, or single instants are left", left_over),
-    (Verdict::NotTestable, "no cause, but one that a calibration absorbs gains far more than it needs", absorbed),
+    (Verdict::Ambiguous, "causes and rivals are found", rivals),
+    (Verdict::Named, "causes are found", named),
+    (Verdict::Unexplained, "no cause passes, but another law is likelier", another_law),
+    (Verdict::Unexplained, "no cause passes, but a dependence or bursts remain", left_over),
+    (Verdict::NotTestable, "no cause passes, but one that a calibration absorbs gains far more than its threshold", absorbed),
     (
         Verdict::Unexplained,
-        "no cause, but one with far more than the required gain fails another check",
+        "no cause passes, but one that gains far more than its threshold fails another check",
         spoken_against,
     ),
-    (Verdict::Unexplained, "no cause, but much acceleration is missing for long", far_off),
-    (Verdict::NotTestable, "no cause, but the closest is one that a calibration absorbs", perhaps_absorbed),
+    (Verdict::Unexplained, "no cause passes, but a large and slow acceleration is missing", far_off),
+    (Verdict::NotTestable, "no cause passes, and a calibration absorbs the closest one", perhaps_absorbed),
 ];
 
 impl Answer<'_> {
@@ -123,7 +123,7 @@ fn another_law_instead(answer: &Answer<'_>) -> Option<Said> {
     answer.causes()?;
     let (law, left) = answer.other_law(answer.alike())?;
     let reason = format!(
-        "{law} without any cause is likelier by {:.0} nats than the base with {}: the car follows another law, and the causes only \
+        "{law} without causes is likelier by {:.0} nats than the base with {}: the car follows another law, and the causes only \
          imitate it",
         left.evidence,
         answer.names()
@@ -149,7 +149,7 @@ fn proxies_of_instants(answer: &Answer<'_>) -> Option<Said> {
     let sigma = answer.state.current.fit.point.noise.sigma_d;
     let proxies = answer.left.bursts() && sigma > POLICY.left_share * answer.sigma_at_start;
     let reason = format!(
-        "single instants that no model follows are left, and more than half of the missing acceleration ({sigma:.3} m/s²): {} may be \
+        "bursts remain that no model follows, and so does more than half of the missing acceleration ({sigma:.3} m/s²): {} may be \
          proxies",
         answer.names()
     );
@@ -178,7 +178,7 @@ fn named(answer: &Answer<'_>) -> Option<Said> {
     let causes = answer.causes()?;
     let needed: Vec<String> = answer.state.evidence.iter().map(|(_, need)| format!("{need:.0}")).collect();
     let also = answer.other_law(-answer.alike()).map_or(String::new(), |(law, _)| {
-        format!("; {law} without any cause is as likely, so it may be the law that differs")
+        format!("; {law} without causes is as likely, so the car may follow that law instead")
     });
     let reason = format!(
         "{}: {:.0} nats held out, {} needed{also}{}",
@@ -205,8 +205,8 @@ fn another_law(answer: &Answer<'_>) -> Option<Said> {
 fn left_over(answer: &Answer<'_>) -> Option<Said> {
     answer.without_causes()?;
     let what = match answer.left.strongest() {
-        Some(term) => format!("something that repeats with {} is left ({:.0} nats)", term.place, term.evidence),
-        None if answer.left.bursts() => "single instants that no model follows are left".to_owned(),
+        Some(term) => format!("a dependence on {} remains ({:.0} nats)", term.place, term.evidence),
+        None if answer.left.bursts() => "bursts remain that no model follows".to_owned(),
         None => return None,
     };
     Some((format!("no cause of the library passes, but {what}"), None))
@@ -215,7 +215,7 @@ fn left_over(answer: &Answer<'_>) -> Option<Said> {
 fn absorbed(answer: &Answer<'_>) -> Option<Said> {
     let (_, gains, objection, _) = answer.stopped()?;
     let told = matches!(objection, Objection::Absorbed { .. });
-    told.then(|| (format!("{gains} {objection}: these data do not tell whether it is missing"), None))
+    told.then(|| (format!("{gains} {objection}: these data do not show whether it is missing"), None))
 }
 
 fn spoken_against(answer: &Answer<'_>) -> Option<Said> {
@@ -227,8 +227,8 @@ fn spoken_against(answer: &Answer<'_>) -> Option<Said> {
 fn far_off(answer: &Answer<'_>) -> Option<Said> {
     let noise = answer.without_causes()?.current.fit.point.noise;
     let reason = format!(
-        "no cause of the library passes, but the follower is accelerated by {:.2} m/s² (root mean square) for {:.0} s at a time in a way \
-         that the model does not have: too much and too slow for gusts",
+        "no cause of the library passes, but the model lacks an acceleration of {:.2} m/s² (root mean square) with a \
+         time constant of {:.0} s: too large and too slow for gusts",
         noise.sigma_d, noise.tau_d
     );
     noise.is_lost().then_some((reason, None))
@@ -247,7 +247,7 @@ fn experiment<'a>(cause: &'a Extension, rival: &'a Extension) -> &'a str {
     let own = |of: &'a Extension| of.cause.as_ref().and_then(|cause| cause.experiment.as_deref());
     own(cause)
         .or_else(|| own(rival))
-        .unwrap_or("drives of another kind: a leader that stops, drives off fast, and keeps several speeds for minutes")
+        .unwrap_or("drives in which the leader stops, accelerates hard, and holds several speeds for minutes")
 }
 
 /// A caveat for a member of the phase family that is named in gusts: there the observer's states differ from what the car perceived late.
@@ -256,7 +256,8 @@ fn in_gusts(causes: &[&Extension], noise: &Noise) -> String {
         return String::new();
     }
     format!(
-        "; in gusts ({:.2} m/s² for {:.1} s at a time) a delay, a lag, a filter and an offset of time are easily taken for one another",
+        "; in gusts ({:.2} m/s² with a time constant of {:.1} s) a delay, a lag, a filter and an offset of time are hard to \
+         distinguish",
         noise.sigma_d, noise.tau_d
     )
 }
@@ -272,7 +273,7 @@ mod tests {
         let [delay, grade] = ["perception_delay", "grade"].map(cause);
         let gusts = Noise { sigma_d: 0.05, tau_d: 2.0, r_s: 0.02, r_v: 0.02, r_l: 0.02 };
         let calm = Noise { sigma_d: 0.004, ..gusts };
-        assert!(in_gusts(&[grade, delay], &gusts).contains("0.05 m/s² for 2.0 s"));
+        assert!(in_gusts(&[grade, delay], &gusts).contains("0.05 m/s² with a time constant of 2.0 s"));
         assert_eq!([in_gusts(&[grade], &gusts), in_gusts(&[delay], &calm)], ["", ""]);
     }
 

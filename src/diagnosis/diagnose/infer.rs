@@ -57,11 +57,11 @@ pub fn infer_with(
     if state.adopt(judged) {
         rounds(&mut state, &setting, spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
     }
-    tell(0.75, "dropping what is not needed any more")?;
+    tell(0.75, "removing superfluous causes")?;
     state.prune(&setting, spending)?;
-    tell(0.85, "looking for what is left")?;
+    tell(0.85, "testing what remains")?;
     let left = leftovers(&setting, &state.current, state.need, state.inflation)?;
-    tell(0.9, "comparing with other base models")?;
+    tell(0.9, "comparing other base models")?;
     let others = others(&setting, spending)?;
     let extended = snapshot(&state.current, &setting, state.inflation)?;
     let lost = !agrees && state.current.causes.is_empty();
@@ -128,7 +128,7 @@ fn rounds(
 
 fn disagreement(replicates: &[f64]) -> String {
     if replicates.len() < 2 {
-        return "only one calibration of the base came to an end, so nothing confirms it; give longer data or tighter bounds"
+        return "only one calibration of the base succeeded, so nothing confirms it; give longer data or tighter bounds"
             .to_owned();
     }
     let spread = replicates.first().zip(replicates.last()).map_or(0.0, |(a, b)| a - b);

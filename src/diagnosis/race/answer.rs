@@ -255,11 +255,11 @@ fn notes(answer: &Answer) -> Vec<String> {
     };
     let failures = fit.judged.as_ref().map_or(0, |judged| collisions(&judged.held));
     if failures > 0 {
-        notes.push(format!("it collides with the car ahead in {failures} drives that it was not fitted to"));
+        notes.push(format!("it collides with the car ahead on {failures} unseen drives"));
     }
     if let Some(best) = answer.laws.first().filter(|law| law.gain >= LEAST_GAIN) {
         notes.push(format!(
-            "{} has {:.0} % less error on drives that it was not fitted to",
+            "{} has {:.0} % less error on unseen drives",
             best.name,
             100.0 * best.gain
         ));

@@ -148,7 +148,7 @@ impl NotFollowed {
             when: vec![self.when],
             sentence: format!(
                 "from {from:.0} to {to:.0} s no model follows: even the best one is off by {:.1} m/s over 10 s, where {:.1} m/s is \
-                 usual. Perhaps the driver drove, or a car cut in",
+                 usual. Perhaps the driver took over, or another car cut in",
                 self.error, self.usual
             ),
             correction: self.is_left_out.then(|| "left out of the race".to_owned()),

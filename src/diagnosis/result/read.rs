@@ -189,7 +189,7 @@ pub enum ContentError {
         found: u32,
     },
     /// A list has an entry that the variant lacks.
-    #[error("{list}: found {name}, which variant {variant} has not")]
+    #[error("{list}: found {name}, which variant {variant} does not have")]
     Foreign {
         /// The list.
         list: &'static str,

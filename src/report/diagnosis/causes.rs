@@ -34,7 +34,7 @@ pub(super) fn race(text: &mut String, race: &ClosedLoopEntry) -> Result {
 /// Mark of a parameter on a bound.
 pub(in crate::internal::report) const AT_BOUND: &str = "at its bound";
 /// The consequence of units that contradict each other.
-pub(in crate::internal::report) const MEND_FIRST: &str = "Correct this first; until then no size below is reliable";
+pub(in crate::internal::report) const MEND_FIRST: &str = "Correct this first; until then, no size below is reliable";
 
 /// Parameters with their intervals; those at a bound are marked.
 pub(super) fn parameters<'a>(text: &mut String, parameters: impl IntoIterator<Item = &'a ParameterEntry>) -> Result {
@@ -58,7 +58,7 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
     let title = match outcome.verdict {
         Verdict::Named => "NAMED",
         Verdict::Ambiguous => "AMBIGUOUS: these data do not distinguish the causes below",
-        Verdict::Nothing => "NOTHING: these drives show no error of the model",
+        Verdict::Nothing => "NOTHING: these drives show no missing cause",
         Verdict::NotTestable => "NOT TESTABLE with these data",
         Verdict::Unexplained => "UNEXPLAINED: the model errs, and no built-in cause explains why",
         Verdict::BadBase => "NO VERDICT: the base model does not fit",
@@ -87,7 +87,7 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
         text.push_str(&wrapped(
             0,
             2,
-            &format!("Not testable here, because the calibration absorbs it: {}", absorbed.join(", ")),
+            &format!("Not testable here, because a calibration absorbs them: {}", absorbed.join(", ")),
         ));
     }
     if !outcome.not_tried.is_empty() {

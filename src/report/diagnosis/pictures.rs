@@ -111,7 +111,7 @@ pub fn race(title: &str, race: &ClosedLoopEntry) -> String {
     trials.truncate(SHOWN);
     let horizons = trials.first().map_or(0, |trial| trial.horizons.len());
     let bottom = TOP + ROW * trials.len() as f64;
-    let line = "error on data left out of the fits, corrected towards the measurement within so long: by how much it falls, with 95 % intervals";
+    let line = "reduction of the error on unseen data, corrected towards the measurement within the given time, with 95 % intervals";
     let width = NAMES + (WIDTH + APART) * horizons as f64;
     let mut figure = Figure::new(width, bottom + BELOW, title, &[line]);
     figure.legend([16.0, 70.0], &[("as good as the best", PALETTE[0]), ("worse", PALETTE[5])]);

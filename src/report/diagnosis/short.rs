@@ -63,9 +63,9 @@ fn verdict(outcome: &Outcome) -> String {
             } else {
                 format!(" Not tried: {}.", not_tried(outcome))
             };
-            format!("No cause that {base} lacks was found.{}{untried}", unexplained(outcome))
+            format!("No cause was found that {base} lacks.{}{untried}", unexplained(outcome))
         }
-        Verdict::NotTestable => format!("These data cannot tell what {base} lacks."),
+        Verdict::NotTestable => format!("These data do not show what {base} lacks."),
         Verdict::Unexplained => format!("{base} errs, and no built-in cause explains why."),
         Verdict::BadBase => format!("{base} does not fit these drives, so no cause can be identified."),
     }
@@ -76,7 +76,7 @@ fn unexplained(outcome: &Outcome) -> String {
     let left = outcome.base.as_ref().filter(|base| base.sigma_d_mps2 >= LEAST_UNEXPLAINED);
     left.map_or(String::new(), |base| {
         format!(
-            " It leaves an acceleration of {:.2} m/s² unexplained, {:.0} s at a time.",
+            " An acceleration of {:.2} m/s² with a time constant of {:.0} s remains unexplained.",
             base.sigma_d_mps2, base.tau_d_s
         )
     })
@@ -147,7 +147,7 @@ fn power(power: &Power, given: f64) -> String {
     let more = more.map_or(String::new(), |minutes| {
         format!(" About {minutes:.0} more minutes of such driving would decide on {}.", power.causes.join(" with "))
     });
-    format!("A gain of {:.0} % at 15 s would have been found with a probability of 80 %.{more}", 100.0 * power.gain)
+    format!("These drives would have shown a gain of {:.0} % at 15 s with a probability of 80 %.{more}", 100.0 * power.gain)
 }
 
 /// Whether whole drives confirm the named causes, so that they are worth a calibration.
@@ -212,7 +212,7 @@ fn held_back(outcome: &Outcome) -> Option<String> {
         (false, _) => "",
     };
     Some(format!(
-        "On the data held back the error with it is {:.0} % {more} (95 %: {low:.0} to {high:.0} % smaller).{but}",
+        "On the held-back data, the error with it is {:.0} % {more} (95 %: {low:.0} to {high:.0} % smaller).{but}",
         change.abs()
     ))
 }
@@ -226,7 +226,7 @@ fn recommendation(base: &str, recommended: &Recommended) -> [String; 2] {
     [
         format!("Recommended: {base} with {}.", causes.join(" and ")),
         format!(
-            "With it the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]; better in {better} of {}.",
+            "With it, the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]; it is smaller on {better} of {} drives.",
             percent(gain.base - gain.extended),
             recommended.per_drive.len()
         ),

@@ -182,7 +182,7 @@ fn held_back(text: &mut String, drives: &[HeldBackEntry]) -> std::fmt::Result {
     if drives.is_empty() {
         return Ok(());
     }
-    text.push_str("Errors where the fits left data out, root mean square:\n");
+    text.push_str("Root mean square errors on data left out of the fits:\n");
     writeln!(text, "{:<NAME$}{:>10} {:>10} {:>11}{:>9}", "", "spacing", "speed", "accel.", "NRMSE")?;
     let mut row = |name: &str, [s, v, a]: [f64; 3], nrmse: f64| {
         writeln!(text, "{name:<NAME$}{s:>8.3} m {v:>6.3} m/s {a:>6.3} m/s²{nrmse:>9.4}")
@@ -257,12 +257,12 @@ fn acceleration(missing: &Profiles) -> String {
         .filter(|profile| profile.chi2 > CHANCE)
         .map(|profile| format!("{} ({:.0} %)", profile.name, 100.0 * profile.explained))
         .collect();
-    let on = if clear.is_empty() { "on nothing beyond chance".to_owned() } else { format!("on {}", clear.join(", ")) };
+    let on = if clear.is_empty() { "on no signal beyond chance".to_owned() } else { format!("on {}", clear.join(", ")) };
     let repeats = missing.repeats_by_place.map_or(String::new(), |r| {
         format!(" It repeats at the same places of the road in other runs with correlation {r:.2}.")
     });
     format!(
-        "To keep to the measured car, the model lacks an acceleration of {} m/s² root mean square. It depends {on}.{repeats}",
+        "To follow the measured car, the model would need a further acceleration of {} m/s² root mean square. It depends {on}.{repeats}",
         small(missing.rms)
     )
 }

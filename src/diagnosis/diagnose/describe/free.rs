@@ -48,7 +48,7 @@ impl BrokenOffEntry {
     #[must_use]
     pub fn told(&self) -> String {
         let BrokenOffEntry { label, time_s, crash } = self;
-        let what = if *crash { "runs into the car ahead" } else { "breaks off" };
+        let what = if *crash { "collides with the car ahead" } else { "ends early" };
         format!("{label}: the base model {what} at t = {time_s:.1} s (all errors end there)")
     }
 }

@@ -91,7 +91,7 @@ mod tests {
         assert!(mean_at_rest(&signed).abs() < 4.0 * NOISE / 300.0_f64.sqrt(), "{}", mean_at_rest(&signed));
         let rms = (signed[600..900].iter().map(|v| v * v).sum::<f64>() / 300.0).sqrt();
         assert!((rms / NOISE - 1.0).abs() < 0.15, "{rms}");
-        assert!(v.iter().zip(&signed).all(|(v, signed)| *v == 0.0 || v == signed), "what was read is kept");
+        assert!(v.iter().zip(&signed).all(|(v, signed)| *v == 0.0 || v == signed), "the readings are kept");
     }
 
     #[test]

@@ -51,12 +51,12 @@ impl fmt::Display for Objection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Objection::Weak { evidence, need } => write!(f, "{evidence:.1} nats, {need:.1} needed"),
-            Objection::OneFold => f.write_str("one fold speaks against it"),
+            Objection::OneFold => f.write_str("it loses on one of the two folds"),
             Objection::WrongSign(size) => write!(f, "{size} has the wrong sign"),
             Objection::OnBound(size) => write!(f, "{size} lies on its bound"),
             Objection::Absorbed { by } => write!(f, "a calibration absorbs it in {}", by.join(", ")),
             Objection::NoTransfer { share } => {
-                write!(f, "it gains on the hold-out in {:.0} % of the bootstraps only", 100.0 * share)
+                write!(f, "it gains in only {:.0} % of the bootstraps of the hold-out", 100.0 * share)
             }
         }
     }
@@ -116,12 +116,12 @@ impl fmt::Display for Fate {
             Fate::Screened => f.write_str("gains too little on all training data"),
             Fate::NotListed { listed } => write!(f, "not judged: {listed} others gain more on all training data"),
             Fate::Stopped(objection) => objection.fmt(f),
-            Fate::LessLikely => f.write_str("less likely than the one adopted"),
+            Fate::LessLikely => f.write_str("less likely than the adopted one"),
             Fate::LessLikelyThanAbsorbed { other } => write!(f, "less likely than {other}, which is absorbed"),
-            Fate::AsLikely { adopted } => write!(f, "as likely as {adopted} within the threshold"),
+            Fate::AsLikely { adopted } => write!(f, "as likely as {adopted}, within the margin"),
             Fate::NoBetter { adopted } => write!(f, "no likelier than {adopted}, which has fewer parameters"),
             Fate::Adopted => f.write_str("adopted"),
-            Fate::Dropped(objection) => write!(f, "dropped again: in the end {objection}"),
+            Fate::Dropped(objection) => write!(f, "dropped later: {objection}"),
         }
     }
 }

@@ -100,7 +100,7 @@ impl<'a> Judgement<'a> {
     fn ask_identifiability(&mut self, model: &FittedModel) {
         if self.passes() && self.cause.family() == ABSORBED {
             let (share, by) = identifiability(model, self.cause);
-            let name = "share of its effect that no other parameter has";
+            let name = "share of its effect that other parameters cannot absorb";
             self.ask(Check::at_least(name, share, POLICY.absorbed), || Objection::Absorbed { by });
         }
     }

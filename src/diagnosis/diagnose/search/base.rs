@@ -144,7 +144,7 @@ pub fn contradiction(setting: &Context<'_>, candidate: &FittedModel) -> Option<S
         let promise = behind(candidate, k, candidate.fit.gradient[k] * outwards);
         if promise > POLICY.promise {
             return Some(format!(
-                "{} sits on its bound {} {}, and the data ask for more ({promise:.0} nats within a tenth of its range); widen its \
+                "{} lies on its bound {} {}, and the fit improves beyond it ({promise:.0} nats within a tenth of its range); widen its \
                  bounds, or take another base model",
                 symbol.name(),
                 candidate.fit.point.values[k],

@@ -35,14 +35,14 @@ impl Untried {
             Untried::Data(CaseError::Missing { remedy, .. }) => (*remedy).to_owned(),
             Untried::Data(_) => "give longer data".to_owned(),
             Untried::NoStart { parameters } if parameters.is_empty() => {
-                "give it a parameter that says how much, with a neutral value".to_owned()
+                "give it a size: a parameter with a neutral value".to_owned()
             }
             Untried::NoStart { .. } => {
-                "give longer data, or a neutral value to what is neither a time of the file nor a frequency in Hz"
+                "give longer data, or a neutral value for each parameter that is neither a time of the file nor a frequency in Hz"
                     .to_owned()
             }
             Untried::NotFinite => {
-                "keep the arguments of its divisions and roots in range, and see that the car keeps its distance"
+                "keep the arguments of its divisions and roots in range, and check that the car keeps its distance"
                     .to_owned()
             }
         }
@@ -60,7 +60,7 @@ impl fmt::Display for Untried {
             Untried::Data(error) => error.fmt(f),
             Untried::NoStart { parameters } if parameters.is_empty() => f.write_str("has no parameter to be fitted"),
             Untried::NoStart { parameters } => {
-                write!(f, "nothing in the data tells with which {} to begin", parameters.join(", "))
+                write!(f, "the data give no start value for {}", parameters.join(", "))
             }
             Untried::NotFinite => f.write_str("gives no finite result at any size tried"),
         }

@@ -10,20 +10,20 @@ impl Outcome {
     pub fn data_first(&self) -> Option<String> {
         if self.data.iter().any(|entry| entry.units.is_some()) {
             return Some(
-                "The units of the data contradict each other (section 1): correct this first; until then no size and no verdict is reliable"
+                "The units of the data contradict each other (section 1): correct this first; until then, no size or verdict is reliable"
                     .to_owned(),
             );
         }
         if self.data_findings.iter().any(|finding| finding.name == DIFFERENT) {
             return Some(
-                "These drives are hardly of one driver (section 1): what is named here makes up for the difference; diagnose each driver by \
-                 himself"
+                "These drives probably have different drivers (section 1), and a named cause may only compensate for that: \
+                 diagnose each driver separately"
                     .to_owned(),
             );
         }
         if self.has_bad_data() {
             return Some(
-                "Gap and speeds contradict each other (section 1): no verdict here can be trusted until that is mended"
+                "Gap and speeds contradict each other (section 1): correct this first; until then, no verdict is reliable"
                     .to_owned(),
             );
         }
@@ -31,8 +31,8 @@ impl Outcome {
         let broken = self.data_findings.iter().any(|f| f.name == "inconsistent");
         let shaken = matches!(self.verdict, Verdict::BadBase | Verdict::Unexplained);
         (broken && shaken).then(|| {
-            "The data are broken (section 1: INCONSISTENT), and no base model can follow them: correct the data first (section 1), or cut \
-             out what is sound with --from and --to"
+            "The data are broken (section 1: INCONSISTENT), and no base model can follow them: correct the data first (section 1), or \
+             select the sound part with --from and --to"
                 .to_owned()
         })
     }

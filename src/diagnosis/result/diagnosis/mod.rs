@@ -306,7 +306,7 @@ impl DataEntry {
     pub fn moved(&self) -> Option<String> {
         let told = |by| {
             format!(
-                "moved along the road by {by:+.0} m, to where its grade is that of the first file: at its own positions it is not"
+                "moved along the road by {by:+.0} m, to where its grade matches that of the first file; at its own positions it does not"
             )
         };
         self.moved_m.map(told)

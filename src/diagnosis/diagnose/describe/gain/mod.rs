@@ -204,11 +204,11 @@ impl Gain {
     fn words(&self) -> String {
         let (Some(base), Some(extended), Some([low, high])) = (self.base, self.extended, self.interval) else {
             let which = match (self.base, self.extended) {
-                (None, None) => "neither model gets",
-                (None, _) => "the base model does not get",
-                _ => "the extended model does not get",
+                (None, None) => "neither model reaches",
+                (None, _) => "the base model does not reach",
+                _ => "the extended model does not reach",
             };
-            return format!("{which} to the end of what was held back, so their errors cannot be compared");
+            return format!("{which} the end of the held-back data, so their errors cannot be compared");
         };
         let what = match (low > 0.0, high < 0.0) {
             (true, _) => "a gain",
@@ -217,7 +217,7 @@ impl Gain {
         };
         format!(
             "NRMSE(s,v,a) {base:.4} with the base model, {extended:.4} with the extended one, on data that neither was calibrated on \
-             (but which had a say in whether the cause carries over); difference {:+.4} [{low:+.4}, {high:+.4}]: {what}",
+             (but that helped to decide whether the cause carries over); difference {:+.4} [{low:+.4}, {high:+.4}]: {what}",
             base - extended
         )
     }

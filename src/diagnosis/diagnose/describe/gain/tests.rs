@@ -103,7 +103,7 @@ fn base_and_extended_model_resample_the_same_blocks() {
         case.first_sample(case.longest_delay())
     };
     let blocks = |variant| (holdout[0].samples() - first(&holdout[0], variant)).div_ceil(block);
-    assert_eq!([base, extended].map(|model| blocks(model.variant)), [BLOCKS + 1, BLOCKS], "each by itself");
+    assert_eq!([base, extended].map(|model| blocks(model.variant)), [BLOCKS + 1, BLOCKS], "each alone");
     let question = made_up::question(&train, &holdout, &bounds);
     let settings = GainSettings { seed: 1, max_evaluations: 100 };
     let found = gain(&question, [base, extended], &[], &settings, &mut |_| ControlFlow::Continue(()));
