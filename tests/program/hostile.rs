@@ -49,8 +49,16 @@ fn a_result_that_contradicts_itself_is_refused() {
         ("no_id", |r| r["model_id"] = json!(4711), "found 4711"),
         ("variant", |r| r["variant"] = json!("idn"), "idn"),
         ("unit", |r| r["units"]["v_0"] = json!("km/h"), "units: expected v_0 in m/s, found km/h"),
-        ("foreign_unit", |r| r["units"]["k_s"] = json!("-"), "units: found k_s, which variant idm+linear does not have"),
-        ("foreign", |r| r["parameters"]["k_s"] = json!(1.0), "parameters: found k_s, which variant idm+linear does not have"),
+        (
+            "foreign_unit",
+            |r| r["units"]["k_s"] = json!("-"),
+            "units: found k_s, which variant idm+linear does not have",
+        ),
+        (
+            "foreign",
+            |r| r["parameters"]["k_s"] = json!(1.0),
+            "parameters: found k_s, which variant idm+linear does not have",
+        ),
         ("missing", |r| drop(r["parameters"].as_object_mut().unwrap().remove("v_0")), "parameter v_0 is missing"),
         ("bounds", |r| drop(r["bounds"].as_object_mut().unwrap().remove("v_0")), "bounds: v_0 is missing"),
         ("extension", |r| r["extensions"] = json!([{"name": "none"}]), "extension none: there is no built-in one"),

@@ -48,7 +48,11 @@ pub const VERDICTS: [Line; 12] = [
     (Verdict::Named, "causes are found", named),
     (Verdict::Unexplained, "no cause passes, but another law is likelier", another_law),
     (Verdict::Unexplained, "no cause passes, but a dependence or bursts remain", left_over),
-    (Verdict::NotTestable, "no cause passes, but one that a calibration absorbs gains far more than its threshold", absorbed),
+    (
+        Verdict::NotTestable,
+        "no cause passes, but one that a calibration absorbs gains far more than its threshold",
+        absorbed,
+    ),
     (
         Verdict::Unexplained,
         "no cause passes, but one that gains far more than its threshold fails another check",

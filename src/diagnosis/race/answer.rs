@@ -258,11 +258,7 @@ fn notes(answer: &Answer) -> Vec<String> {
         notes.push(format!("it collides with the car ahead on {failures} unseen drives"));
     }
     if let Some(best) = answer.laws.first().filter(|law| law.gain >= LEAST_GAIN) {
-        notes.push(format!(
-            "{} has {:.0} % less error on unseen drives",
-            best.name,
-            100.0 * best.gain
-        ));
+        notes.push(format!("{} has {:.0} % less error on unseen drives", best.name, 100.0 * best.gain));
     }
     notes
 }

@@ -265,7 +265,8 @@ pub fn race(
     answer.field.judge(&mut base)?;
     answer.simulations += base.model.simulations();
     if held(&base).is_none() {
-        answer.tried.not_testable = Some(format!("{}: no parameters were found that complete the drives", request.base));
+        answer.tried.not_testable =
+            Some(format!("{}: no parameters were found that complete the drives", request.base));
         return Ok(answer);
     }
     show(0.3, "other laws on unseen drives")?;

@@ -147,7 +147,10 @@ fn power(power: &Power, given: f64) -> String {
     let more = more.map_or(String::new(), |minutes| {
         format!(" About {minutes:.0} more minutes of such driving would decide on {}.", power.causes.join(" with "))
     });
-    format!("These drives would have shown a gain of {:.0} % at 15 s with a probability of 80 %.{more}", 100.0 * power.gain)
+    format!(
+        "These drives would have shown a gain of {:.0} % at 15 s with a probability of 80 %.{more}",
+        100.0 * power.gain
+    )
 }
 
 /// Whether whole drives confirm the named causes, so that they are worth a calibration.

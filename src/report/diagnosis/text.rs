@@ -257,7 +257,8 @@ fn acceleration(missing: &Profiles) -> String {
         .filter(|profile| profile.chi2 > CHANCE)
         .map(|profile| format!("{} ({:.0} %)", profile.name, 100.0 * profile.explained))
         .collect();
-    let on = if clear.is_empty() { "on no signal beyond chance".to_owned() } else { format!("on {}", clear.join(", ")) };
+    let on =
+        if clear.is_empty() { "on no signal beyond chance".to_owned() } else { format!("on {}", clear.join(", ")) };
     let repeats = missing.repeats_by_place.map_or(String::new(), |r| {
         format!(" It repeats at the same places of the road in other runs with correlation {r:.2}.")
     });

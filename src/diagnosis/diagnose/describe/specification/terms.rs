@@ -11,7 +11,7 @@ const MOST: usize = 160;
 /// A term: an extension with its tents, and the position of each in words.
 #[derive(Debug)]
 pub struct Term {
-    /// The kind of [`LeftOver`].
+    /// As `kind` of a `LeftOver`.
     pub kind: &'static str,
     /// The quantity of the tents, in words.
     pub over: &'static str,
