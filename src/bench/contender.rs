@@ -1,4 +1,4 @@
-//! The contenders of a measurement, by name. The one place where evaluators are made.
+//! The contenders of a measurement, by name. Evaluators of the benchmark are made only here.
 
 use crate::by_hand::ByHand;
 use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator, Population, Score, Timings};

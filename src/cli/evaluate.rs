@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut library = Library::open(&args.data, layout, preparation)?;
     let shown = args.cases.display().to_string();
     let input = File::open(&args.cases).with_context(|| format!("{shown}: cannot open the cases"))?;
-    // It takes its place when it is complete, because it may be the input file.
+    // The table replaces a file only when it is complete, because that file may be the input.
     let mut written = args.out.as_deref().map(output::begin_file).transpose()?;
     let output: Box<dyn Write + '_> = match &mut written {
         Some(file) => Box::new(BufWriter::new(file)),

@@ -2,7 +2,7 @@
 
 use super::steps::longest_step;
 
-/// The gap follows from differences of speeds, which noise drowns; a smaller factor is not a unit.
+/// The gap follows from differences of speeds, which noise hides; a smaller factor is not a unit.
 const FACTOR: f64 = 1.8;
 /// Gap and speeds must vary together as closely as this before their ratio is believed: squared correlation.
 const TOGETHER: f64 = 0.8;
@@ -60,7 +60,7 @@ const MISTAKES: [(f64, &str); 7] = [
     (3.0, "30 frames per second taken for 10"),
 ];
 
-/// Largest deviation of a measured ratio from that of two units for the units to explain it.
+/// Largest deviation of a measured ratio from that of two units that may explain it.
 const NEAR: f64 = 0.05;
 
 /// The units that explain a ratio, in words.

@@ -18,14 +18,14 @@ const LARGER_M: f64 = 1.0;
 /// Simulations per parameter of a half: the result should be close, not exact.
 const PER_PARAMETER: u64 = 1_000;
 
-/// Drives that hardly have one driver.
+/// Drives that probably have different drivers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Apart {
     /// Root mean square error of the spacing in each half of the drive that differs most, predicted from its other half \[m\].
     pub own_m: f64,
     /// The same, predicted from the halves of other drives.
     pub other_m: f64,
-    /// The parameter that differs most, and its value on each examined drive: the place of the drive, and the mean of its halves.
+    /// The parameter that differs most, and its value on each examined drive: index of the drive, and the mean of its halves.
     pub parameter: usize,
     /// See `parameter`.
     pub values: Vec<(usize, f64)>,
@@ -70,7 +70,7 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
         let measures = outcomes[case * places.len() + column].result.ok()?;
         Some(measures.0[0].rmse.powi(2))
     };
-    // Of a half: its error by the other half of the drive, and by the middle of the halves of other drives.
+    // For a half: its error by the other half of the drive, and by the median half of the other drives.
     let errors = |half: usize| {
         let by_others = places.iter().filter(|&&by| by / 2 != half / 2).filter_map(|&by| square(half, by));
         Some([square(half, half ^ 1)?, upper_median(by_others)?].map(f64::sqrt))

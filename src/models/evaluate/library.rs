@@ -1,4 +1,4 @@
-//! A folder of platoon files with their companions, read on demand and once.
+//! A folder of platoon files with their companions, each read once when needed.
 
 use super::Settings;
 use crate::catalog::{Constraint, Variant};
@@ -9,7 +9,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Which copy of the AstaZero platoons to use.
+/// The copy of the AstaZero platoons.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DataLayout {
     /// As the paper's authors processed them (`astazero_c2art`).
@@ -107,7 +107,8 @@ pub struct Library {
 const FAULTS: usize = 100;
 
 impl Library {
-    /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, else from the built-in table.
+    /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, otherwise from the
+    /// built-in table.
     ///
     /// # Errors
     /// For a missing folder, or a vehicle table that cannot be read.
@@ -124,7 +125,7 @@ impl Library {
         Ok(Library { folder, layout, preparation, vehicles, notes, faults, cases, sources, used })
     }
 
-    /// The files used so far, with checksums: data, and of a vehicle the parts that the variants needed.
+    /// The files used so far, with checksums: data, and the parts of a vehicle that the variants needed.
     #[must_use]
     pub fn sources(&self) -> &[Source] {
         &self.sources

@@ -1,7 +1,7 @@
 //! The composed WGSL text on the CPU: naga's form of it becomes a straight-line program over blocks of candidates.
 //!
-//! `compile` turns a text into instructions over rows, `run` runs them over a population.
-//! Every operation is rounded separately and none changes places with another, so that every instruction set gives the same bits.
+//! `compile` turns a text into instructions over rows, `run` runs them over a population. Every operation is rounded separately and none is
+//! reordered, so that every instruction set gives the same bits.
 #![allow(clippy::needless_range_loop, reason = "one index for the same lane of several rows")]
 #![allow(
     clippy::neg_cmp_op_on_partial_ord,

@@ -1,4 +1,4 @@
-//! Corrections of faults, made only on request.
+//! Corrections of faults, on request only.
 
 use super::clocks::shifted;
 use super::finding::{Finding, FindingKind, Who};

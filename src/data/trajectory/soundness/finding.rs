@@ -64,7 +64,7 @@ impl FindingKind {
     }
 }
 
-/// Whose signal it is, as written in result files.
+/// The car whose signal it is, as written in result files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum Who {
@@ -85,7 +85,7 @@ impl Serialize for Who {
     }
 }
 
-/// An option that mends or avoids a fault: its id, which each front end spells in its own way, and its value.
+/// An option that corrects or avoids a fault: its id, which each front end spells in its own way, and its value.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Remedy {
     /// The option, as `correct` or `to`.
@@ -125,10 +125,10 @@ pub struct Finding {
     pub unit: &'static str,
     /// 95 % interval of the size, if any.
     pub interval: Option<[f64; 2]>,
-    /// Affected stretches of the file's time \[s\]; empty: all of it.
+    /// Affected stretches of the file's time \[s\]; empty: the whole file.
     #[serde(rename = "when_s")]
     pub when: Vec<[f64; 2]>,
-    /// Line of the file where it begins, counted from 1; none if it is everywhere.
+    /// Line of the file at which it begins, counted from 1; none if it affects the whole file.
     pub line: Option<u64>,
     /// Whether it changes the calibration, so that every command has to report it.
     pub matters: bool,
@@ -141,7 +141,7 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// A fault that is everywhere, does not matter and has no remedy, by default.
+    /// A fault of the whole file that does not matter and has no remedy, by default.
     pub(super) fn new(kind: FindingKind, car: Who, signal: &'static str, value: f64, unit: &'static str) -> Finding {
         let (interval, when, remedies) = (None, Vec::new(), Vec::new());
         let (line, matters, correction, sentence) = (None, false, None, String::new());

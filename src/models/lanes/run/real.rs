@@ -37,7 +37,7 @@ pub trait Real:
     fn logarithm(self) -> Self;
     fn sin(self) -> Self;
     fn cos(self) -> Self;
-    /// The whole part of a value from 0 to 4,000,000, by its bits: a cast, which minds all values, is not vectorised.
+    /// The whole part of a value from 0 to 4,000,000, by its bits: a cast handles all values and is not vectorised.
     fn whole(self) -> u32;
     fn power<const L: usize>(x: &[Self; L], y: &[Self; L], out: &mut [Self; L]);
 
