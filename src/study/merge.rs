@@ -49,8 +49,8 @@ pub fn parameter_column(symbol: Symbol) -> String {
     format!("{}_{unit}", symbol.name())
 }
 
-/// Why parameters cannot have columns of these names beside `taken` ones, if so: two would be the same column. Those of one name
-/// and unit share theirs.
+/// Why parameters cannot have columns of these names beside `taken` ones: two would be the same column. `None` if they can. Parameters with
+/// the same name and unit share a column.
 pub(crate) fn column_clash(taken: &[String], columns: &[(Symbol, String)]) -> Option<String> {
     let shown = |symbol: Symbol| match symbol {
         Symbol::Extension(row) => format!("{} [{}] of {}", row.name, row.unit, row.extension),

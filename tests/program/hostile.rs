@@ -1,4 +1,4 @@
-//! Files and surroundings that mean no good: each ends in a message, in bounded memory, never in a panic or a signal.
+//! Hostile files and environments: each ends in a message, in bounded memory, never in a panic or a signal.
 
 use crate::common::program::{fails, ok, scratch, stderr, text};
 use serde_json::{Value, json};
@@ -126,7 +126,7 @@ fn tables_without_line_ends_are_not_read_to_their_end() {
     }
 }
 
-/// Twice as many take twice as long: a tenth of these took as long when each cell looked at all rows.
+/// Twice as many take twice as long; a tenth of these took as long when each cell read all rows.
 #[test]
 fn a_page_of_many_replicates_is_made_in_seconds() {
     let folder = scratch("hostile", "replicates");
@@ -168,7 +168,7 @@ fn a_table_of_cases_of_many_columns_is_refused_in_a_line() {
 #[cfg(unix)]
 fn limited(limit: &str, arguments: &[&str]) -> String {
     let mut command = Command::new("sh");
-    // A heap per thread takes address space that has nothing to do with the test.
+    // A heap per thread takes address space that is irrelevant to the test.
     command.env("RAYON_NUM_THREADS", "1");
     command.args(["-c", &format!("{limit}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_leadlag")]).args(arguments);
     refused(command.output().expect("a shell"))
@@ -186,7 +186,7 @@ fn refused(output: Output) -> String {
     said
 }
 
-/// Stacks that no machine has room for represent a system that lets a process start no thread.
+/// Stacks that are too large for any machine represent a system that does not let a process start a thread.
 #[test]
 fn without_threads_there_is_a_message() {
     let file = calibrated().join("platoon.csv");

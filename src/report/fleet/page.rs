@@ -23,7 +23,7 @@ pub struct Shown {
     pub score: f64,
     /// The parameters in the order of the overview of the model.
     pub values: Vec<f64>,
-    /// The ends of their intervals, `None` where the drive does not determine them.
+    /// The ends of their intervals, `None` if the drive does not determine them.
     pub ends: Vec<Option<[f64; 2]>>,
 }
 
@@ -36,7 +36,7 @@ pub struct Fit {
     pub signals: [Vec<f64>; 5],
 }
 
-/// Up to this many drivers have a row each; of more the counts are drawn.
+/// Largest number of drivers that have a row each; for more, a histogram is drawn.
 const FEW: usize = 40;
 
 /// One HTML page; `twin` is the text of `fleet.json`, `made` the command that made it, if known.
@@ -63,7 +63,7 @@ pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str, made: Op
     page.finish("Many drivers", &lead, twin, made)
 }
 
-/// The answer in a sentence or two.
+/// The result in a sentence or two.
 fn lead(file: &FleetFile, one: &Overview, models: usize) -> String {
     let mut facts = Vec::new();
     for parameter in &one.parameters {

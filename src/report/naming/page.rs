@@ -17,7 +17,7 @@ pub struct Provenance {
     pub program: String,
     /// The machine.
     pub machine: String,
-    /// The day they were written down, as `2026-11-23`.
+    /// The date of writing, such as `2026-11-23`.
     pub date: String,
 }
 
@@ -37,7 +37,7 @@ pub enum PageError {
     },
 }
 
-/// The page with the part between the lines [`BEGIN`] and [`END`]; nothing else of it is changed.
+/// The page with the part between the lines [`BEGIN`] and [`END`] replaced.
 ///
 /// # Errors
 /// A page without these two lines.

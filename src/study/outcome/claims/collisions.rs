@@ -121,7 +121,7 @@ pub fn by_gof(all: &[Outcomes]) -> Vec<Claim> {
     let rate = |gof: &str| rates.iter().find(|(_, name, _)| *name == gof).map(|(rate, ..)| *rate);
     let other = rates.iter().find(|(_, name, _)| !best.contains(name)).map(|(rate, ..)| *rate);
     let fewest = match (best.map(rate), other) {
-        // As many as another one has: a study cannot decide.
+        // A tie: a study cannot decide.
         ([Some(a), Some(b)], Some(other)) if a.max(b) != other => Some(a.max(b) < other),
         _ => None,
     };
