@@ -1,4 +1,4 @@
-"""Between tables of Python and what leadlag reads and returns."""
+"""Converts between tables of Python and those of leadlag."""
 
 from __future__ import annotations
 

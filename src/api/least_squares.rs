@@ -11,7 +11,7 @@ use crate::score::Accumulation;
 const PART: usize = 128;
 
 /// The normal equations of one candidate, for the residuals r of [`Evaluator::residuals`] and their derivatives J with respect to the p
-/// parameters: a step d of Gauss and Newton's method solves JᵀJ d = -Jᵀr.
+/// parameters: a Gauss-Newton step d solves JᵀJ d = -Jᵀr.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalEquations {
     /// JᵀJ, p x p numbers, row by row; per unit of both parameters.

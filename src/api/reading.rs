@@ -282,8 +282,7 @@ impl Reading {
             && recording.chosen_by != ChosenBy::Group
         {
             warn(format!(
-                "{path}: the trajectories are those of {} vehicles, such as {one} and {another}, which get the same \
-                 parameters; --follower NAME takes those of one",
+                "{path}: the trajectories belong to {} vehicles, such as {one} and {another}, which get the same parameters; --follower NAME selects one vehicle",
                 names.len()
             ));
         }

@@ -44,7 +44,7 @@ pub fn spare<'a>(
     match replaced {
         None => Ok(()),
         Some(input) => Err(Usage(format!(
-            "--out {}: the result's file of that name would replace the input {}; expected another folder",
+            "--out {}: a file of the result would replace the input {}; expected another folder",
             folder.display(),
             input.display()
         ))),

@@ -491,7 +491,7 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             highd(1.0),
             highd_map.replace("frame_rate_hz = 25", "frame_rate_hz = 10"),
             "table.csv:1: columns x (m) and xVelocity (m/s) contradict each other: the first changes 0.400 times as much \
-             as the second implies; 1/2.5000 is the inverse of 25 frames per second taken for 10: check both units, and the \
+             as the second implies; 1/2.5000 is the inverse of 25 frames per second mistaken for 10: check both units, and the \
              unit of time or frame_rate_hz, in the column map; check_units = false there accepts them unchanged",
         ),
         (

@@ -295,7 +295,7 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
     );
     // The command that made it, and its warnings.
     assert!(html.contains("The command: <code>leadlag calibrate ") && html.contains("--max-evaluations 300"));
-    assert!(!html.contains("What the command warned of"));
+    assert!(!html.contains("Warnings of the command"));
     ok(&[&["calibrate", text(pair()), "--smooth", "--joint", "--out", text(&fit)], &search[..]].concat());
     let run = fit.join("run.json");
     let made =

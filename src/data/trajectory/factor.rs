@@ -56,8 +56,8 @@ const MISTAKES: [(f64, &str); 7] = [
     (3600.0 / 1609.344, "mph per m/s"),
     (1.609_344, "kilometres per mile"),
     (1.097_28, "km/h per ft/s"),
-    (2.5, "25 frames per second taken for 10"),
-    (3.0, "30 frames per second taken for 10"),
+    (2.5, "25 frames per second mistaken for 10"),
+    (3.0, "30 frames per second mistaken for 10"),
 ];
 
 /// Largest deviation of a measured ratio from that of two units that may explain it.

@@ -162,7 +162,7 @@ impl fmt::Display for Note {
             }
             Note::NumbersAgain { vehicles, numbers } => write!(
                 f,
-                "numbers come again after a pause, and count as other vehicles: {} vehicles have {numbers} numbers",
+                "numbers recur after a pause and count as other vehicles: {} vehicles have {numbers} numbers",
                 numbers + vehicles
             ),
             Note::BrokenLeftOut { vehicles, problem } => {

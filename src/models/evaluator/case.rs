@@ -221,7 +221,7 @@ impl Case {
         if variant.constraint == Constraint::Mfc && self.vehicle.as_ref().is_some_and(|v| v.mfc.is_none()) {
             return Err(missing(
                 "the vehicle's MFC curve",
-                "give --vehicle FILE#NAME of a table that names an `mfc` file, or lay mfc_SLUG.csv beside the table",
+                "give --vehicle FILE#NAME of a table that names an `mfc` file, or put mfc_SLUG.csv beside the table",
             ));
         }
         if variant.needs_grade() && self.grade.is_none() {
@@ -234,7 +234,7 @@ impl Case {
             if variant.extensions.read(member) && signal.as_ref().is_none_or(|y| y.iter().any(|x| !x.is_finite())) {
                 return Err(missing(
                     what,
-                    "take a follower further back in the platoon, or give the column lead2_... of a pair file",
+                    "use a follower further back in the platoon, or give the column lead2_... of a pair file",
                 ));
             }
         }

@@ -216,8 +216,7 @@ pub enum EvaluateError {
     },
     /// A delay longer than the evaluator remembers.
     #[error(
-        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} says how far back a simulation \
-         remembers, raise it in a --bounds file"
+        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} limits the memory of a simulation: raise it in a --bounds file"
     )]
     Delay {
         /// The parameter; two of them if their sum is too long.

@@ -44,7 +44,7 @@ pub(super) struct Plan {
 impl Plan {
     /// Replaces the plan; the memory of words and positions is reused. With observers there is one job, and an observer for each of its
     /// candidates.
-    #[allow(clippy::too_many_arguments, reason = "what a plan is made of, each of another owner")]
+    #[allow(clippy::too_many_arguments, reason = "the inputs of a plan, each with a different owner")]
     pub(super) fn make(
         &mut self,
         jobs: &[Job],

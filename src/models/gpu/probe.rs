@@ -59,7 +59,7 @@ pub fn modes(probes: &[Probe]) -> [Mode; 3] {
             safe: plain && is("hidden_error_terms", &[Ok]),
             promise: "--precision compensated: keeps rounding errors of states and sums",
         },
-        Mode { name: "same_bits", safe: same_bits, promise: "the very bits of --evaluator lanes on the CPU" },
+        Mode { name: "same_bits", safe: same_bits, promise: "the same bits as --evaluator lanes on the CPU" },
     ]
 }
 
@@ -279,7 +279,7 @@ fn rounded(device: &Device, what: &str, operation: &str, expected: fn([f32; 2]) 
     let found = run(device, &text, pairs.as_flattened(), PAIRS)?;
     let off = pairs.iter().zip(found).filter(|(pair, bits)| expected(**pair).to_bits() != *bits).count();
     let (good, trap) = (
-        format!("{what} are rounded as the CPU does it"),
+        format!("{what} are rounded as on the CPU"),
         format!("{off} of {PAIRS} {what} differ from the CPU's in the last digits, as Vulkan allows; results are good"),
     );
     Ok(judged(off == 0, ProbeStatus::Trap, &good, &trap))

@@ -3,10 +3,7 @@
 //! `compile` turns a text into instructions over rows, `run` runs them over a population. Every operation is rounded separately and none is
 //! reordered, so that every instruction set gives the same bits.
 #![allow(clippy::needless_range_loop, reason = "one index for the same lane of several rows")]
-#![allow(
-    clippy::neg_cmp_op_on_partial_ord,
-    reason = "where a NaN goes is the kernel's business, not a matter of taste"
-)]
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "the kernel defines the treatment of NaN")]
 
 mod compile;
 mod evaluator;

@@ -50,7 +50,7 @@ pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str, made: Op
         drivers(&mut page, one, rows);
     }
     if let Some(note) = &file.note {
-        page.paragraph(&format!("What to mind: {note}."));
+        page.paragraph(&format!("Note: {note}."));
     }
     if file.overview.len() > 1 {
         compared(&mut page, file);
@@ -77,7 +77,7 @@ fn lead(file: &FleetFile, one: &Overview, models: usize) -> String {
         told => format!(", one of {models} models. {}", told.trim_end_matches('.')),
     };
     format!(
-        "<p class=\"verdict\"><strong>{} of {} pairs calibrated with {}</strong>{}. The driver in the middle: {}.</p>",
+        "<p class=\"verdict\"><strong>{} of {} pairs calibrated with {}</strong>{}. The median driver: {}.</p>",
         one.calibrated,
         file.pairs,
         escape(&one.model),

@@ -15,7 +15,7 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -
     let mut page = Page::default();
     let short = in_short(outcome);
     if !short.more.is_empty() {
-        page.section("summary", "What follows from it");
+        page.section("summary", "Consequences");
         short.more.iter().for_each(|sentence| page.paragraph(sentence));
     }
     data(&mut page, outcome);

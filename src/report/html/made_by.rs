@@ -24,7 +24,7 @@ impl MadeBy {
             return String::new();
         }
         let items: String = self.warnings.iter().map(|text| format!("<li>{}</li>", escape(text))).collect();
-        format!("<div class=\"verdict bad_base\"><strong>What the command warned of</strong><ul>{items}</ul></div>")
+        format!("<div class=\"verdict bad_base\"><strong>Warnings of the command</strong><ul>{items}</ul></div>")
     }
 
     /// The command, for its end.

@@ -92,7 +92,7 @@ pub fn part(report: &DiagnosisReport, from: &Provenance, pictures: [&str; 2]) ->
     let [close, estimated] = report.close_estimates();
     let _ = writeln!(
         text,
-        "Where the effects are named right, all their parameters are within 10 % or three standard errors of the planted ones in {close} of {estimated} cases."
+        "Of the cases named right, {close} of {estimated} have all parameters within 10 % or three standard errors of the planted ones."
     );
     if let Some(Gains { median, most, cases }) = report.gains() {
         let _ = writeln!(

@@ -49,7 +49,7 @@ impl FindingKind {
             FindingKind::GapOffset => "d_0 is off by as much",
             FindingKind::ClockOffset => "a_max, a_min and delays compensate for it",
             FindingKind::Exchanged | FindingKind::Unit | FindingKind::TooFast | FindingKind::TimeUnit => {
-                "no parameter means anything"
+                "all parameters are meaningless"
             }
             FindingKind::Dropout => "a_max and a_min follow values that were not driven",
             FindingKind::Spike => "t_h, a_max and d_0 follow values that were not driven",

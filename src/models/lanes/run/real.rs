@@ -128,7 +128,7 @@ real!(f32, 8_388_608.0, |x: f32| x, power_block, exponential, logarithm);
 real!(
     f64,
     4_503_599_627_370_496.0,
-    |x: f32| x.to_string().parse().expect("what a number prints is a number"),
+    |x: f32| x.to_string().parse().expect("a printed number parses"),
     power_f64::power_block,
     exponential_f64,
     logarithm_f64

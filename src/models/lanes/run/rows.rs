@@ -1,5 +1,5 @@
 //! Loops over the lanes of a few rows. Each row is a separate argument, so the compiler knows that no two overlap, and omits the check.
-#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "what a NaN does must be what the kernel does")]
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "NaN must be treated as in the kernel")]
 
 use super::real::Real;
 use super::simd::Lane;

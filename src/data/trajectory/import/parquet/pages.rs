@@ -197,7 +197,7 @@ fn varint(input: &mut impl Read) -> io::Result<u64> {
             return Ok(value);
         }
     }
-    Err(io::Error::other("a number in the header of a page has no end"))
+    Err(io::Error::other("a number in the header of a page is unterminated"))
 }
 
 /// Zigzag encoding: 0, -1, 1, -2, ...
