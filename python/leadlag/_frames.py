@@ -122,7 +122,7 @@ def table_like(columns: dict[str, Any], model: Any) -> Any:
 
 
 def drive_frame(drive: _native.Drive) -> Any:
-    """The four columns of a drive, as pandas has them."""
+    """The four columns of a drive as a pandas DataFrame."""
     import pandas
 
     return pandas.DataFrame(
@@ -136,7 +136,7 @@ def drive_frame(drive: _native.Drive) -> Any:
 
 
 def simulation_frame(simulation: _native.Simulation) -> Any:
-    """The table of a simulation, as pandas has it."""
+    """The table of a simulation as a pandas DataFrame."""
     import pandas
 
     return pandas.DataFrame(

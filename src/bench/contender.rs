@@ -73,7 +73,7 @@ impl Contender {
     /// Makes it for a case, ready to run; `None` if the machine has no device for it.
     ///
     /// # Errors
-    /// When the case cannot be laid out or the device fails.
+    /// If the case cannot be prepared or the device fails.
     pub(super) fn runner(self, case: &Case, gof: GoodnessOfFit) -> Result<Option<Runner>, EvaluateError> {
         let cases = vec![case.clone()];
         Ok(Some(match self {

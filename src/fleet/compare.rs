@@ -88,7 +88,7 @@ struct Tested {
     /// The score of the simulations, without the penalty.
     simulated: f64,
     own: HeldScore,
-    /// Of each drive: the terms of the three signals in the score, and the squares that they are roots of, sample by sample.
+    /// For each drive: the terms of the three signals in the score, and the squares under their roots, sample by sample.
     drives: Vec<[Term; 3]>,
 }
 

@@ -33,7 +33,7 @@ pub enum FleetError {
     /// Rows cannot be kept.
     #[error(transparent)]
     Journal(#[from] JournalError),
-    /// The system lets this process start no thread.
+    /// The system does not let this process start a thread.
     #[error(
         "cannot start a thread for the calibrations: allow this process more threads or memory (`ulimit -u`, `ulimit -v`)"
     )]

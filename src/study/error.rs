@@ -121,7 +121,7 @@ pub enum StudyError {
         /// This program.
         program: String,
     },
-    /// The system lets this process start no thread.
+    /// The system does not let this process start a thread.
     #[error(
         "cannot start a thread for the calibrations: allow this process more threads or memory (`ulimit -u`, `ulimit -v`)"
     )]

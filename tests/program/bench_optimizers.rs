@@ -122,7 +122,7 @@ fn report_of(tasks: &[OptimizerTask], row: &dyn Fn(&OptimizerTask) -> Option<Opt
     OptimizerReport::new("auto", tasks, &Journal::open(&path).expect("readable"))
 }
 
-/// The same for a score each.
+/// The same with one score each.
 fn report(tasks: &[OptimizerTask], scores: &dyn Fn(&OptimizerTask) -> Option<f64>) -> OptimizerReport {
     report_of(tasks, &|task| Some(outcome(task, scores(task)?)))
 }

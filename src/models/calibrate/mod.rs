@@ -164,7 +164,7 @@ pub enum CalibrateError {
     /// The evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// No candidate of a replicate has a score; with several replicates, of any of them.
+    /// No candidate of any replicate has a score.
     #[error("replicate {replicate}: none of {evaluations} candidates is feasible: {tally}")]
     Infeasible {
         /// The replicate.

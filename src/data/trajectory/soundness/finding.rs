@@ -46,7 +46,7 @@ impl FindingKind {
     pub fn effect(self) -> &'static str {
         match self {
             FindingKind::SpeedScale => "t_h, v_0 and d_0 compensate for a false drift",
-            FindingKind::GapOffset => "d_0 is off by as much",
+            FindingKind::GapOffset => "d_0 is off by the same amount",
             FindingKind::ClockOffset => "a_max, a_min and delays compensate for it",
             FindingKind::Exchanged | FindingKind::Unit | FindingKind::TooFast | FindingKind::TimeUnit => {
                 "all parameters are meaningless"

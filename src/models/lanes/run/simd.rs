@@ -173,7 +173,7 @@ pub fn run_block<T: Real, const L: usize>(
 /// overlap.
 macro_rules! rows {
     ($rows:ident, $at:ident, $($to:literal),*; $($source:literal),*) => {
-        // SAFETY: the caller promises that the rows exist, and that those written are none of the others.
+        // SAFETY: the caller promises that the rows exist, and that written rows differ from all others.
         unsafe {
             (
                 $(&mut (*$rows.add(usize::from($at[$to]))).0,)*

@@ -48,7 +48,7 @@ impl Reader<'_> {
             (!tried.is_empty()).then(|| format!("{platoon} {share:.0} %"))
         };
         let shares: Vec<String> = platoons.iter().filter_map(of).collect();
-        vec![format!("runs that collide, by the platoon calibrated on: {}", shares.join(", "))]
+        vec![format!("colliding runs, by the platoon of the calibration: {}", shares.join(", "))]
     }
 
     fn idm_hardly_crashes(&self) -> Claim {

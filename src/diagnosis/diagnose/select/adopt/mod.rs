@@ -60,7 +60,7 @@ pub struct State {
     pub need: f64,
     /// Inflation of the last round.
     pub inflation: f64,
-    /// True if the simulation limit ended the rounds, and not a round without a find.
+    /// True if the simulation limit ended the rounds, and not a round without a result.
     pub(crate) cut_short: bool,
 }
 
