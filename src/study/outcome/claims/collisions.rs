@@ -208,7 +208,7 @@ mod tests {
         assert_eq!(second([0, 2, 9, 9, 8]).why, None);
         assert_eq!(
             second([0, 9, 2, 9, 8]).why.as_deref(),
-            Some("runs that collide, by the platoon calibrated on: P3 28 %")
+            Some("colliding runs, by the platoon of the calibration: P3 28 %")
         );
     }
 }
