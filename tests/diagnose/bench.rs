@@ -76,7 +76,7 @@ fn a_page_gets_tables_and_pictures() {
     for part in [
         format!("`leadlag bench diagnosis --seed 1`: all {count} cases."),
         format!("| wrong name, one effect of any size | 1 of {singles} |"),
-        format!("in {} of ", text_of_close(&output)),
+        format!("named right, {} of ", text_of_close(&output)),
         "![Planted effects, and their names](images/diagnosis_names.svg)".to_owned(),
         "| one effect, named right | 0.03 m/s | 0.1 m/s |".to_owned(),
         format!("| all bases | {silent} | 0.25 | 0.25 | 0.25 |"),
