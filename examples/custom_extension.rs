@@ -1,4 +1,4 @@
-//! Your own term in the model: does it follow another drive better?
+//! Your own term in the model, and a test of it on another drive.
 //!
 //!     cargo run --release --example custom_extension
 

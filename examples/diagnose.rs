@@ -1,4 +1,4 @@
-//! Which effect does a model lack? The synthetic car has a lag and feels half of the slope.
+//! Which effect does a model lack? The synthetic car has a lag, and the grade acts on it with half its force.
 //!
 //!     cargo run --release --example diagnose
 

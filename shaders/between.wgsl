@@ -1,5 +1,5 @@
-// As opaque.wgsl, with zeros of its own: a compiler removes two exclusive ors with the same zero. The value that one extension
-// hands to the next passes through these in turn, so that the compiler cannot mix the terms of both.
+// As opaque.wgsl, with separate zeros: a compiler removes two exclusive ors with the same zero. The value that one extension passes to the
+// next goes through these in turn, so that the compiler cannot mix the terms of both.
 var<private> even_zero: u32;
 var<private> odd_zero: u32;
 

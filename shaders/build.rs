@@ -1,4 +1,4 @@
-//! Lists every WGSL file of this folder with its text, so that a new file needs no row anywhere.
+//! Lists every WGSL file of this folder with its text, so that a new file needs no entry elsewhere.
 
 use std::fmt::Write;
 use std::path::{Path, PathBuf};

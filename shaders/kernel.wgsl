@@ -30,14 +30,14 @@ struct Job {
     dt: f32,
     period: f32,
     per_period: f32,
-    // Where the tables begin, and their cells per metre, or per m/s.
+    // Start of the tables, and their cells per metre, or per m/s.
     grade_origin: f32,
     grade_per_width: f32,
     mfc_origin: f32,
     mfc_per_width: f32,
 }
 
-// How a score follows from the sums, for spacing, speed and acceleration (src/models/score.rs, `Norm`).
+// Coefficients of a score in the sums, for spacing, speed and acceleration (src/models/score.rs, `Norm`).
 struct Norm {
     per_count: vec3<f32>,
     weight: vec3<f32>,
@@ -51,8 +51,8 @@ struct Chunk {
     // Candidates in this dispatch, and the distance of two words of one candidate in `candidates`, `states` and `results`.
     candidates: u32,
     stride: u32,
-    // Zero; see opaque.wgsl. It also keeps a driver from writing out every round of a loop over the ring, which takes longer to compile
-    // than all the rest.
+    // Zero; see opaque.wgsl. It also keeps a driver from unrolling every loop over the ring, which would take longer to compile than all
+    // the rest.
     zero: u32,
     // With an observer: samples in a block of sums.
     block: u32,
@@ -91,15 +91,15 @@ const CRASH: u32 = 0u << 28u;
 const RADICAND: u32 = 1u << 28u;
 const NOT_FINITE: u32 = 2u << 28u;
 const REJECTED: u32 = 3u << 28u;
-// The score of a complete run whose goodness of fit is undefined.
+// The score of a complete run with an undefined goodness of fit.
 const UNDEFINED: u32 = 0x7fc00000u;
 
-// A comparison with itself does not find a NaN on every driver; the bits do.
+// On some drivers a comparison with itself does not detect a NaN; a check of its bits does.
 fn is_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
 }
 
-// Entry `at` of `samples`: the sample that a candidate is at, which is mostly that of all, by the way that is faster.
+// Entry `at` of `samples`: the sample of a candidate, by the faster way, because most candidates are at the same sample.
 fn sample(at: u32) -> vec4<f32> {
     if (WINDOW) {
         return window[at - chunk.window];
@@ -107,7 +107,7 @@ fn sample(at: u32) -> vec4<f32> {
     return samples[at];
 }
 
-// The same where each candidate looks up another sample.
+// The same if each candidate looks up another sample.
 fn past_sample(at: u32) -> vec4<f32> {
     if (PAST_IN_WINDOW) {
         return window[at - chunk.window];
@@ -115,7 +115,7 @@ fn past_sample(at: u32) -> vec4<f32> {
     return samples[at];
 }
 
-// Sums of one signal triple, with the part that f32 rounds away.
+// Sums of one signal triple, with the part that f32 rounding loses.
 struct Triple {
     high: vec3<f32>,
     low: vec3<f32>,
@@ -221,7 +221,7 @@ fn remembered(t: u32, i: u32) -> vec2<f32> {
     return ring[k];
 }
 
-// Sine of the grade under a follower with spacing s, where a follower with spacing 0 would be at x_road.
+// Sine of the grade under a follower with spacing s; at spacing 0 the follower would be at x_road.
 fn sin_grade_at(job: Job, x_road: f32, s: f32) -> f32 {
     var x = x_road - s;
     if (job.period > 0.0) {
@@ -244,7 +244,7 @@ fn mfc_bounds(job: Job, v: f32) -> vec2<f32> {
     return select(line.xz + line.yw * d, node.yz, d == 0.0);
 }
 
-// Speed of the preceding vehicle `back` samples before sample t - 1, and `fraction` of the way from there to the next.
+// Speed of the preceding vehicle `back` samples before sample t - 1, and a `fraction` of the step further.
 fn looked_up(job: Job, t: u32, word: u32, i: u32) -> f32 {
     let last = i32(job.samples) - 1;
     let sample = i32(t) - 1 - bitcast<i32>(candidate_word(word, i));
@@ -382,7 +382,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         }
         now = done.next;
         memory = done.memory;
-        // The first of these that applies; one branch, because each costs.
+        // The first one that applies; a single branch, because each is expensive.
         let crashed = select(0u, FAILED | CRASH | t, now.s <= 0.0);
         let answered = select(FAILED | RADICAND | t, crashed, done.feasible);
         status = select(FAILED | NOT_FINITE | t, answered, finite);
@@ -466,7 +466,7 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
         }
         return;
     }
-    // The run is over; later chunks leave it alone.
+    // The run has ended; later chunks do not change it.
     states[i] = select(status, DONE, status == 0u);
     if (HAS_ALL) {
         results[i] = status;

@@ -14,7 +14,7 @@ fn power(x: f32, y: f32) -> f32 {
     let y_low = y - y_high;
     let exact = y_high * e;
     let exact_whole = floor(exact);
-    // Not c + (a b + d e): Mesa makes (c + a b) + d e of it.
+    // Not c + (a b + d e), because Mesa would turn it into (c + a b) + d e.
     let rest = ((exact - exact_whole) + y_low * e) + y * l;
     let rest_whole = floor(rest);
     return select(0.0, power_of_two(exact_whole + rest_whole, rest - rest_whole), x >= 1.17549435e-38);

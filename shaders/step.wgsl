@@ -1,7 +1,7 @@
 // One simulated step.
 struct Step {
     next: Motion,
-    // Acceleration before the constraint [m/s2]; it is checked for NaN and infinity there, which a clamp would hide.
+    // Acceleration before the constraint [m/s2]; it is checked for NaN and infinity there, because a clamp would hide them.
     a_free: f32,
     // Acceleration after the constraint [m/s2].
     a: f32,

@@ -1,4 +1,4 @@
-// One simulated step of a model with extensions, as step.wgsl without them.
+// One simulated step of a model with extensions; step.wgsl is the one without them.
 struct Step {
     next: Motion,
     // Memory of the extensions.

@@ -1,4 +1,4 @@
-// For a model without extensions and without an observer: no memory, and nothing looked up for it.
+// For a model without extensions and without an observer: no memory and no look-ups.
 struct Memory {
     nothing: f32,
 }

@@ -1,10 +1,10 @@
 //! leadlag calibrates and validates car-following and adaptive-cruise-control (ACC) models against measured platoon
 //! trajectories.
 //!
-//! It computes the ninety model variants of He, Montanino, Mattas, Punzo and Ciuffo (2022): five base models, each with
-//! and without perception delay, with three kinds of vehicle dynamics and three kinds of acceleration constraint. A
-//! *candidate* (one parameter vector) is simulated behind the measured preceding vehicle and scored by how far its
-//! spacing, speed and acceleration are from the measured ones; a calibration searches the candidate with the best score.
+//! It computes the ninety model variants of He, Montanino, Mattas, Punzo and Ciuffo (2022): five base models, each with and without
+//! perception delay, with three kinds of vehicle dynamics and three kinds of acceleration constraint. leadlag simulates a *candidate* (one
+//! parameter vector) behind the measured preceding vehicle and scores the differences of its spacing, speed and acceleration from the
+//! measured ones; a calibration searches for the candidate with the best score.
 //!
 //! ```text
 //!  file --import--> Recording --prepare--> Trajectory --Case::new--> Case     (variant, vehicle, convention)
@@ -27,10 +27,10 @@
 //! # Ok::<(), leadlag::Error>(())
 //! ```
 //!
-//! [`Calibration::evaluate_on`] makes an [`Evaluator`], which scores populations for your own optimiser, and has residuals and
-//! normal equations for a solver of least squares; [`Fleet`] calibrates thousands of
-//! pairs; [`Diagnosis`] finds what a model lacks; [`Study`] runs a plan in a folder. A model is a [`Variant`], whose
-//! base may be a [`Law`] of your own. They share [`Drive`], a measured follower, which [`Reading`] says how to read.
+//! [`Calibration::evaluate_on`] makes an [`Evaluator`], which scores populations for your own optimiser, and has residuals and normal
+//! equations for a least-squares solver; [`Fleet`] calibrates thousands of pairs; [`Diagnosis`] finds what a model lacks; [`Study`] runs a
+//! plan in a folder. A model is a [`Variant`], whose base may be your own [`Law`]. All of them use [`Drive`], a measured follower;
+//! [`Reading`] has the options for reading one.
 //!
 //! # Features
 //!
@@ -41,7 +41,7 @@
 //! | `report` | texts, pictures and pages |
 //! | `cli` | the command line, [`cli::run`]; `report` and `parquet` with it |
 //!
-//! All are on by default. Without any, what computes on the CPU is left, in f32 and f64.
+//! All are on by default. Without them, the evaluators on the CPU remain, in f32 and f64.
 
 #![warn(missing_docs)]
 

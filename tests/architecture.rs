@@ -17,7 +17,7 @@ const ALONE: [(&str, &[&str], &str); 3] = [
     ("plant", &[], "the plant is an independent truth and shares no code with what it judges"),
 ];
 
-/// Pairs that must not know each other although their floors would allow it.
+/// Pairs that must not use each other although their layers would allow it.
 const STRANGERS: [(&str, &str, &str); 2] = [
     ("reference", "wgsl", "the oracle and the definition are two transcriptions"),
     ("wgsl", "reference", "the oracle and the definition are two transcriptions"),
@@ -129,7 +129,8 @@ fn some_modules_know_nobody() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
-/// The file of a cause decides how it is searched, judged and described, so that a user's own cause is treated as a built-in one.
+/// The file of a cause determines how it is searched, judged and described, so that a user's own cause has the same treatment as a built-in
+/// one.
 #[test]
 fn a_diagnosis_knows_no_cause_by_its_name() {
     let root = Path::new(env!("CARGO_MANIFEST_DIR"));
@@ -150,7 +151,7 @@ fn a_diagnosis_knows_no_cause_by_its_name() {
     assert!(named.is_empty(), "{}", named.join("\n"));
 }
 
-/// Rooms of the diagnosis, the lowest first: each may use those before it.
+/// Layers of the diagnosis, the lowest first: each may use those before it.
 const OF_A_DIAGNOSIS: [&str; 13] = [
     "revision",
     "policy",
@@ -185,7 +186,7 @@ fn imports_of_the_diagnosis_go_down() {
         for rest in code.split("crate::diagnose::").skip(1) {
             let other: String = rest.chars().take_while(|c| c.is_alphanumeric() || *c == '_').collect();
             seen += 1;
-            // A test file looks at whatever it tests.
+            // A test file may use whatever it tests.
             if !path.ends_with("tests.rs") && (floor(&other).is_none() || floor(&other) > floor(room)) {
                 broken.push(format!("{}: {room} uses {other}", path.display()));
             }
@@ -205,7 +206,7 @@ fn no_circle() {
             edges.entry(from).or_default().entry(to).or_insert(place);
         }
     }
-    // Modules that import nothing that is left are taken away until none is left, or only circles are.
+    // Removes modules that import none of the remaining ones, until none or only cycles remain.
     let mut left = modules;
     loop {
         let imports_left = |m: &String| edges.get(m).is_some_and(|to| to.keys().any(|t| left.contains(t)));
@@ -235,7 +236,7 @@ fn the_reader_of_imports_reads_groups() {
     assert!(imports().iter().any(|i| i.from == "evaluator" && i.to == "catalog"), "known imports are found");
 }
 
-/// Types, functions and methods that a user of the library can reach, apart from those of traits. A larger facade is hard to learn.
+/// Number of types, functions and methods that a user of the library can reach, without those of traits. A larger facade is hard to learn.
 const FACADE: usize = 300;
 
 #[test]

@@ -1,10 +1,10 @@
-//! Are the proofs sharp? Every constant, operator, comparison, minimum and maximum of `reference`, `score.rs` and
-//! `evaluator/case.rs` in `src/models` is changed, one at a time, and `tests/model/reference_paper` or `tests/equality/causes.rs` must fail each time. Survivors are listed below,
-//! with the reason.
+//! Tests the strength of the proofs: every constant, operator, comparison, minimum and maximum of `reference`, `score.rs` and
+//! `evaluator/case.rs` in `src/models` is changed, one at a time, and `tests/model/reference_paper` or `tests/equality/causes.rs` must fail
+//! each time. Survivors are listed below, with the reason.
 //!
-//! The crate is copied to `target/tmp/mutants` with all changes in it at once, each behind a switch that an environment variable
-//! sets (mutant schemata), and compiled once; then the judging tests run once per mutant, in a process of their own.
-//! A run takes those that tests/common/sample.rs chooses; `target/tmp/mutants/report.csv` lists them with their outcome.
+//! The crate is copied to `target/tmp/mutants` with all changes in it at once, each behind a switch that an environment variable sets
+//! (mutant schemata), and compiled once; then the judging tests run once per mutant, in a separate process. A run takes those that
+//! tests/common/sample.rs chooses; `target/tmp/mutants/report.csv` lists them with their outcome.
 
 #[path = "mutants/build.rs"]
 mod build;
@@ -23,7 +23,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// A mutant that no test can notice: file below `src/models`, its line as written, the change, why it survives.
+/// A mutant that no test can notice: file below `src/models`, its line as written, the change, and the reason.
 struct Survivor {
     file: &'static str,
     line: &'static str,
@@ -31,7 +31,7 @@ struct Survivor {
     reason: &'static str,
 }
 
-/// Where the two sides of a comparison share the change.
+/// Both sides of a comparison share the change.
 const SHARED: &str = "for extensions only, and what tests/equality/causes.rs compares has it on both sides";
 
 const SURVIVORS: &[Survivor] = &[
@@ -272,7 +272,7 @@ fn passes(judge: &Path, id: usize, tests: &[&str]) -> bool {
     }
 }
 
-/// Which mutants no judging test notices; the causes' own judge sees them first.
+/// Returns the mutants that no judging test notices; the test of the causes judges their files first.
 fn survivors<'a>(judges: &[PathBuf; 2], mutants: &'a [Mutant]) -> Vec<&'a Mutant> {
     let next = AtomicUsize::new(0);
     let found = Mutex::new(Vec::new());
@@ -320,7 +320,7 @@ fn every_change_of_the_reference_is_noticed() {
     for judge in &built.judges {
         assert!(passes(judge, 0, &[]), "the judging tests fail without any mutant: {}", judge.display());
     }
-    // States of laws are drawn, so none lies on a limit exactly, and on most of them both sides are the same.
+    // States of laws are drawn at random, so none lies exactly on a limit, and on most of them both sides are the same.
     let is_strictness = |mutant: &Mutant| {
         mutant.file.starts_with(LAWS)
             && ["<", ">"].iter().any(|sign| {

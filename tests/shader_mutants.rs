@@ -1,6 +1,6 @@
-//! Are the proofs of the shaders sharp? Every constant, operator, comparison, minimum, maximum, selection and sign of the files in
-//! `shaders/` is changed, one at a time, and the comparison with the reference must fail each time. Survivors are listed
-//! below, with the reason.
+//! Tests the strength of the proofs of the shaders: every constant, operator, comparison, minimum, maximum, selection and sign of the files
+//! in `shaders/` is changed, one at a time, and the comparison with the reference must fail each time. Survivors are listed below, with the
+//! reason.
 //!
 //! Shaders are texts that are composed at run time, so nothing is compiled again. A run takes the changes that tests/common/sample.rs chooses;
 //! `target/tmp/shader_mutants.csv` lists them with their outcome.
@@ -29,7 +29,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 use text::{Mutant, mutants};
 
-/// A mutant that no test can notice: file, its line as written, the change, why it survives.
+/// A mutant that no test can notice: file, its line as written, the change, and the reason.
 struct Survivor {
     file: &'static str,
     line: &'static str,
@@ -310,8 +310,8 @@ const SURVIVORS: &[Survivor] = &[
     },
 ];
 
-/// Files that are judged on the GPU by whole runs: the time loop, which only a GPU runs, a function that `lanes` knows by name, and
-/// the step under an observer.
+/// Files that are judged on the GPU by whole runs: the time loop, which only a GPU runs, a function that `lanes` knows by name, and the
+/// step under an observer.
 const ON_GPU: [&str; 3] = ["shaders/kernel.wgsl", "shaders/opaque.wgsl", "shaders/step_extended.wgsl"];
 
 /// Files that declare and compute nothing: nothing in them can be changed.
@@ -368,7 +368,7 @@ fn every_change_of_a_part_is_noticed() {
         left.extend(others);
         if let Some(judge) = laws.iter().find(|judge| judge.judges(&file)) {
             judge.verdict(&|_, _| None).expect("the texts as they are compute what the reference computes");
-            // Drawn states do not lie on a limit exactly, and on most of them both sides are the same.
+            // Random states do not lie exactly on a limit, and on most of them both sides are the same.
             let is_strictness = |mutant: &Mutant| {
                 ["<", ">"].iter().any(|sign| {
                     mutant.change.starts_with(&format!("{sign} -> {sign}="))
@@ -420,7 +420,7 @@ fn every_change_of_a_part_is_noticed() {
     compare(&survivors, &left, SURVIVORS);
 }
 
-/// Every survivor is listed, and everything that is listed survives, or was `left` out of this run.
+/// Every survivor is listed, and every listed one survives, or was `left` out of this run.
 fn compare(survivors: &[&Mutant], left: &[Mutant], listed: &[Survivor]) {
     let is = |m: &Mutant, s: &Survivor| m.file == s.file && m.source == s.line && m.change == s.change;
     let unlisted: Vec<String> = survivors
@@ -446,7 +446,7 @@ fn compare(survivors: &[&Mutant], left: &[Mutant], listed: &[Survivor]) {
     }
 }
 
-/// Mutants of the files that only a GPU runs as they stand, and that nothing can notice.
+/// Mutants that cannot be noticed, of the files that only a GPU runs unchanged.
 const SURVIVORS_ON_GPU: &[Survivor] = &[
     Survivor {
         file: "shaders/kernel.wgsl",
@@ -570,7 +570,7 @@ const SURVIVORS_ON_GPU: &[Survivor] = &[
     },
 ];
 
-/// Loops that would not end: the driver would be stopped by a watchdog, or by nothing.
+/// Loops that would not end: a watchdog would stop the driver, if there is one.
 const ENDLESS: &[(&str, &str, &str)] = &[("shaders/kernel.wgsl", "for (; t < to && status == 0u; t++) {", "&& -> ||")];
 
 #[test]

@@ -4,7 +4,7 @@
 #
 #   benches/peers/calibration.sh [ITERATIONS] [ROUNDS]      default 1000 3; the paper lets the package run for 10,000
 #
-# Everything is made in target/peers. The programs take turns, so that a change of the machine's load falls on both alike.
+# Everything is made in target/peers. The programs take turns, so that a change of the machine's load affects both alike.
 set -euo pipefail
 
 cd "$(dirname "${BASH_SOURCE[0]}")/../.."
@@ -16,7 +16,7 @@ data=${LEADLAG_SHARED:-../shared}/data
 mkdir -p "$work"
 if ! "$python" -c 'import geneticalgorithm, numba' 2>/dev/null; then
     python3 -m venv "$work/venv"
-    # matplotlib: the package needs it and does not say so.
+    # matplotlib: the package needs it without declaring it.
     "$work/venv/bin/pip" install --quiet numba numpy geneticalgorithm matplotlib
 fi
 [ -n "${LEADLAG:-}" ] || cargo build --release --locked

@@ -42,7 +42,7 @@ def score(s_m, v_m, v_l, c):
         a = a_max * (1 - (v / v_0) ** 4 - (wanted / s) ** 2)
         new = max(0.0, v + a * DT)
         a = (new - v) / DT
-        # The leader is where the measured gap puts him.
+        # The measured gap gives the position of the leader.
         s += s_m[i] - s_m[i - 1] + ((v_m[i - 1] + v_m[i]) - (v + new)) / 2 * DT
         v = new
         if not s > 0.0:

@@ -15,7 +15,7 @@ program=${LEADLAG:-target/release/leadlag}
 mkdir -p "$work"
 if ! "$python" -c 'import geneticalgorithm, jax, numba, scipy' 2>/dev/null; then
     python3 -m venv "$work/venv"
-    # matplotlib: the package needs it and does not say so.
+    # matplotlib: the package needs it without declaring it.
     "$work/venv/bin/pip" install --quiet numba numpy scipy jax geneticalgorithm matplotlib
 fi
 [ -n "${LEADLAG:-}" ] || cargo build --release --locked

@@ -1,9 +1,9 @@
-"""Optimisers by others on the two jobs that leadlag's `auto` and `cmaes` are made of.
+"""Other optimisers on the two tasks of leadlag's `auto` and `cmaes`.
 
     optimizers.py restarts                 evaluations of pycma's BIPOP-CMA-ES on Rastrigin's function (tests/model/optimize.rs holds leadlag's to it)
     optimizers.py polish LEADLAG DATA      evaluations from close to an optimum to its last digits, by three methods
 
-The authors of CMA-ES keep pycma. A polish begins where f32 can no longer distinguish candidates, 1e-5 above the optimum of a calibration
+The authors of CMA-ES maintain pycma. A polish begins where f32 can no longer distinguish candidates, 1e-5 above the optimum of a calibration
 (variants 1 and 28, P3 follower 1, authors' convention, f64 objective in numba), and is done within 1e-9 of it.
 """
 
@@ -45,7 +45,7 @@ def restarts(n, budget):
 
 
 class Done(Exception):
-    """The target is reached, or too much was spent."""
+    """The target is reached, or the budget is exhausted."""
 
 
 def polish(program, data):

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# Optimisers by others on parts of what leadlag's do; needs python3 with venv, pip and the shared data (LEADLAG_SHARED).
+# Other optimisers on tasks of leadlag's; needs python3 with venv, pip and the shared data (LEADLAG_SHARED).
 #
 #   benches/peers/optimizers.sh
 set -euo pipefail

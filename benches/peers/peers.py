@@ -179,7 +179,7 @@ PEERS = {"numpy": numpy_idm, "numba": numba_idm, "jax": jax_idm, "cuda": cuda_id
          "jax-gpu": lambda *case: jax_idm(*case, platform="cuda")}
 PACKAGES = {"cuda": "cupy", "jax-gpu": "jax"}
 ON_GPU = ("cuda", "jax-gpu")
-# A GPU that has rested is slow at first; `leadlag bench` wakes it for as long [s].
+# An idle GPU is slow at first; `leadlag bench` warms it up for as long [s].
 AWAKE = 0.3
 
 

@@ -3,7 +3,7 @@
 #
 #   benches/peers/run.sh [ROUNDS]      default 3
 #
-# Everything is made in target/peers. The programs take turns, so that a change of the machine's load falls on all alike; each
+# Everything is made in target/peers. The programs take turns, so that a change of the machine's load affects all alike; each
 # must agree with leadlag's f64 scores before it is timed. The last columns say how many times faster `lanes` is.
 #
 #   PYTHON=python3 LEADLAG=target/release/leadlag benches/peers/run.sh

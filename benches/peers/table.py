@@ -1,5 +1,5 @@
-"""One table from what run.sh collected: medians over all rounds, and how many times faster leadlag's lanes and, where there is a GPU, its
-`gpu` are. CPU time means nothing for what runs on a GPU, so that its ratio is of wall times."""
+"""One table from the output of run.sh: medians over all rounds, and how many times faster leadlag's lanes and, where there is a GPU, its
+`gpu` are. CPU time is meaningless on a GPU, so its ratio is of wall times."""
 
 import json
 import statistics

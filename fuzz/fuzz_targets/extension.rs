@@ -27,12 +27,12 @@ fn middle(symbol: Symbol) -> f64 {
     }
 }
 
-/// What the main thread of a small machine may have \[bytes\].
+/// Stack of the main thread on a small machine \[bytes\].
 const STACK: usize = 512 << 10;
 
 libfuzzer_sys::fuzz_target!(|text: &str| {
     std::thread::scope(|scope| {
-        // Whatever panics in it panics here.
+        // A panic in the thread is a panic here.
         std::thread::Builder::new().stack_size(STACK).spawn_scoped(scope, || used(text)).expect("a thread");
     });
 });
@@ -43,7 +43,7 @@ fn used(text: &str) {
         let base: Variant = base.parse().expect("a base");
         let Ok(variant) = base.with(extension) else { continue };
         let Ok(case) = Case::new(&DRIVE, variant, None, Convention::PAPER, 0.8) else { continue };
-        // Parts of the base that it reads may not be there, which is an error and no panic.
+        // The base may lack parts that it reads, which is an error and not a panic.
         let Ok(mut lanes) = Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64) else { continue };
         let symbols = variant.parameters();
         let mut population = Population::new(&symbols);

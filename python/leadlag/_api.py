@@ -31,9 +31,9 @@ class Model:
 
     ``base``: a variant by name or id, such as ``"idm+delay"``, ``"gipps+delay+linear+mfc"`` or ``31``; a built-in law, such as ``"krauss"``; a file
     with a law of your own, ``"my_law.wgsl+delay"``; or the WGSL text of one, whose function ``NAME_law`` gives it its name.
-    ``extend``: what the model has beyond it, each the name of a built-in cause (``"actuation_lag"``), the path of a WGSL file, or a pair
+    ``extend``: its extensions, each the name of a built-in cause (``"actuation_lag"``), the path of a WGSL file, or a pair
     ``(name, text)`` of WGSL text whose functions begin with that name.
-    ``parts``: what goes with a law that is given as text, such as ``"delay+linear"``.
+    ``parts``: the parts of a law that is given as text, such as ``"delay+linear"``.
     """
 
     #: The base, or (name, text, parts) of a law that is given as text.
@@ -261,9 +261,9 @@ def _are_drives(pairs: Any) -> bool:
 
 
 class Evaluator:
-    """Scores populations of candidates: the objective for an optimiser of your own.
+    """Scores populations of candidates: the objective for your own optimiser.
 
-    ``drives``: one drive or several, as of :func:`calibrate`; the score is the mean over them. ``model``, settings and options of reading are as of
+    ``drives``: one drive or several, as in :func:`calibrate`; the score is the mean over them. ``model``, settings and options of reading are as of
     :func:`calibrate`. A candidate is a row of values, one per entry of ``parameters``; ``lower`` and ``upper`` are their bounds, ``units`` their units.
 
     ``evaluator(candidates)`` gives scores, shape (n, p) to (n,). Float64 in C order is read in place. A score is infinite for a crash, and for a candidate
@@ -291,7 +291,7 @@ class Evaluator:
         return self._native.device
 
     def __call__(self, candidates: ArrayLike) -> NDArray[np.float64]:
-        """Scores of candidates, shape (n, p) to (n,); infinite for a crash and for what cannot be simulated."""
+        """Scores of candidates, shape (n, p) to (n,); infinite for a crash and for a candidate that cannot be simulated."""
         return self._native.scores(self._rows(candidates))
 
     def simulate(
@@ -303,7 +303,7 @@ class Evaluator:
         return spacing, speed, acceleration
 
     def residuals(self, candidates: ArrayLike) -> NDArray[np.float64]:
-        """Residuals whose sum of squares is the score, for a solver of least squares: shape (n, p) to (n, m), from free simulations in f64.
+        """Residuals whose sum of squares is the score, for a least-squares solver: shape (n, p) to (n, m), from free simulations in f64.
 
         A row has the drives one after the other, of each the residuals of spacing, then of speed, then of acceleration, one per sample: simulated
         minus measured, with the weights of the measure, so that m is three times the number of all samples and the unit is the square root of that of
@@ -319,10 +319,10 @@ class Evaluator:
     ) -> tuple[NDArray[np.float64], NDArray[np.float64], NDArray[np.float64]]:
         """JᵀJ, Jᵀr and rᵀr of the residuals r of :meth:`residuals` and their derivatives J: shape (n, p) to (n, p, p), (n, p) and (n,).
 
-        A step d of Gauss and Newton's method solves JᵀJ d = -Jᵀr. JᵀJ is per unit of two parameters, Jᵀr per unit of one; rᵀr is the score, and
+        A Gauss-Newton step d solves JᵀJ d = -Jᵀr. JᵀJ is per unit of two parameters, Jᵀr per unit of one; rᵀr is the score, and
         2 Jᵀr its gradient. They come from finite differences in f64, with p + 1 simulations per candidate and drive. Where the score of a candidate
         or of a neighbour is infinite, rᵀr is infinite and the rest is NaN. Where the convention rounds delays to whole samples, derivatives with
-        respect to a delay say nothing: fix it.
+        respect to a delay are meaningless: fix it.
 
         Raises :class:`leadlag.UsageError` as :meth:`residuals`.
         """
@@ -363,11 +363,11 @@ def diagnose(
     progress: bool = True,
     **reading: Unpack[Reading],
 ) -> _native.Findings:
-    """What the best simulation with ``base`` still gets wrong, which cause explains it, and what it is worth on drives that it was not fitted to.
+    """Finds the errors of the best simulation with ``base``, the cause that explains them, and its gain on unseen drives.
 
-    ``drives`` and ``holdout``: one drive or several, as of :func:`calibrate`; options of reading are those of :func:`read`. Without ``holdout`` the last
+    ``drives`` and ``holdout``: one drive or several, as in :func:`calibrate`; options of reading are those of :func:`read`. Without ``holdout`` the last
     third of each drive is held back. ``base``: a model as :func:`calibrate` takes it. ``effort``: ``"quick"`` (about 20 s of CPU per drive of 15 minutes), ``"normal"`` (twice that)
-    or ``"thorough"``. ``causes``: WGSL files, or pairs ``(name, text)``, that are tried beside the built-in ones. ``bounds``: as of :func:`calibrate`, in place
+    or ``"thorough"``. ``causes``: WGSL files, or pairs ``(name, text)``, that are tried in addition to the built-in ones. ``bounds``: as in :func:`calibrate`, in place
     of those of the diagnosis; they may name parameters of causes. ``progress``: whether a bar is shown.
 
     Ctrl-C ends it without a result.

@@ -1,4 +1,4 @@
-"""Drives of whatever a verb is given: drives, tables, paths."""
+"""Converts the input of a command to drives: drives, tables, paths."""
 
 from __future__ import annotations
 
@@ -50,7 +50,7 @@ def is_one(given: Any) -> bool:
 
 
 def one(given: Any, reading: Mapping[str, Any] | None = None) -> Drive:
-    """The drive of one thing, without a warning."""
+    """The drive of one input, without a warning."""
     options = {name: value for name, value in (reading or {}).items() if value is not None}
     if isinstance(given, Drive):
         if options:
@@ -73,7 +73,7 @@ def read(source: str | bytes, name: str | None, options: Mapping[str, Any]) -> D
 
 
 def many(given: Any, reading: Mapping[str, Any] | None = None) -> tuple[list[Drive], list[str]]:
-    """The drives of one thing or of several, and what is doubtful in those that were read here."""
+    """The drives of one input or of several, and the doubtful values of those that were read here."""
     each = [given] if is_one(given) or not isinstance(given, Iterable) else list(given)
     drives = [one(thing, reading) for thing in each]
     read_here = [drive for drive, thing in zip(drives, each) if drive is not thing]
@@ -89,6 +89,6 @@ def some(given: Any, reading: Mapping[str, Any] | None = None) -> tuple[list[Dri
 
 
 def read_already(options: Iterable[str]) -> _native.UsageError:
-    """That an option of reading comes too late."""
+    """Error for an option of reading on a drive that was read already."""
     names = ", ".join(options)
     return _native.UsageError(f"{names}: drives are read already; give it to leadlag.read or leadlag.Drive")

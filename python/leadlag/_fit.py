@@ -1,4 +1,4 @@
-"""What a fit says beyond its numbers, from its result file."""
+"""Properties of a fit besides its numbers, from its result file."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ import numpy as np
 
 from . import _native
 
-#: Standard errors that a 95 % interval is wide, by the normal distribution.
+#: Width of a 95 % interval in standard errors, for a normal distribution.
 WIDTH = 2 * 1.96
 
 

@@ -1,4 +1,4 @@
-"""Between tables of Python and what leadlag reads and returns."""
+"""Converts between tables of Python and those of leadlag."""
 
 from __future__ import annotations
 
@@ -122,7 +122,7 @@ def table_like(columns: dict[str, Any], model: Any) -> Any:
 
 
 def drive_frame(drive: _native.Drive) -> Any:
-    """The four columns of a drive, as pandas has them."""
+    """The four columns of a drive as a pandas DataFrame."""
     import pandas
 
     return pandas.DataFrame(
@@ -148,7 +148,7 @@ def dataset(frame: Any) -> Any:
 
 
 def simulation_frame(simulation: _native.Simulation) -> Any:
-    """The table of a simulation, as pandas has it."""
+    """The table of a simulation as a pandas DataFrame."""
     import pandas
 
     return pandas.DataFrame(

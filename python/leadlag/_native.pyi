@@ -1,4 +1,4 @@
-"""Types of the extension module, whose texts stand in its Rust source."""
+"""Types of the extension module; its Rust source has the docstrings."""
 
 import os
 from collections.abc import Callable, Sequence

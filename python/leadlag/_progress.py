@@ -1,4 +1,4 @@
-"""How far long work is: tqdm's bar where tqdm is installed, else a line that is written again and again. Nothing in the first two seconds."""
+"""Progress of long work: tqdm's bar if tqdm is installed, otherwise a line that is rewritten. Nothing in the first two seconds."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ PATIENCE = 2.0
 
 
 class Bar:
-    """A bar on stderr, or in the notebook. To be closed by ``with``."""
+    """A bar on stderr, or in the notebook; use it in a ``with`` statement."""
 
     def __init__(self, what: str, wanted: bool) -> None:
         self.what = what
@@ -26,7 +26,7 @@ class Bar:
         return self.tell if self.wanted else None
 
     def tell(self, done: float, text: str) -> None:
-        """Shows the share that is done."""
+        """Shows the finished share."""
         if time.monotonic() - self.started < PATIENCE:
             return
         if self.bar is None and not self.line:

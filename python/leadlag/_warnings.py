@@ -15,7 +15,7 @@ _told: set[tuple[str, int, str]] = set()
 
 
 def _parts(text: str) -> tuple[str, str]:
-    """Whose fault a text tells, `FILE: fault`, and which it is, whatever its numbers."""
+    """The file and the kind of fault of a text `FILE: fault`, without its numbers."""
     whose, colon, fault = text.partition(": ")
     if not colon:
         whose, fault = "", text

@@ -7,8 +7,8 @@
         merged = leadlag.study.run("plan.toml", client, "study")
         rows = leadlag.study.fleet("tracks.csv", ["idm", "gipps+delay"], client, columns="highd")
 
-No folder need be common. Inputs go to the workers by their SHA-256. A worker computes batches of some seconds, each in a process of its own with one
-thread, and sends back what was found. What a lost worker had is computed by another. Results have the same bytes as those of one process.
+No shared folder is needed. Inputs go to the workers by their SHA-256. A worker computes batches of some seconds, each in a separate process with one
+thread, and sends the results back. Another worker computes the batches of a lost one. Results have the same bytes as those of one process.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ from ._progress import Bar
 if TYPE_CHECKING:
     from typing_extensions import Unpack
 
-#: Bytes of an input that are sent at a time; Dask warns of more than 10 MB.
+#: Largest part of an input that is sent at once [bytes]; Dask warns of more than 10 MB.
 PIECE = 8 << 20
 #: Batches per thread: one is computed, another waits.
 AHEAD = 2
@@ -73,9 +73,9 @@ def run(
 ) -> Path:
     """Computes a study on the workers of a client and merges it; returns the folder of the tables.
 
-    ``plan``: a plan file. ``out``: the folder of the study, which is made, or gone on with. ``data``: the data folder, in place of the one that the
-    plan names. All files that the plan reads must lie in it. ``batch_seconds``: what a batch of tasks should take [s]. ``retries``: how often a task
-    may be lost with its worker. ``progress``: whether a bar is shown.
+    ``plan``: a plan file. ``out``: the folder of the study, which is created or continued. ``data``: the data folder, instead of the one that the
+    plan names. It must contain all files that the plan reads. ``batch_seconds``: target time of a batch of tasks [s]. ``retries``: number of times
+    that a task may be lost with its worker. ``progress``: whether a bar is shown.
 
     The tables have the same bytes as those of ``leadlag study plan``, ``run`` and ``merge``. A part is put into the folder whole or not at all. After
     an interruption the same call continues.
@@ -107,7 +107,7 @@ def fleet(
 ) -> Any:
     """:func:`leadlag.calibrate_all` on the workers of a client: the same rows in the same order.
 
-    ``batch_seconds`` [s] and ``retries`` are as of :func:`run`. The rest is as of :func:`leadlag.calibrate_all`, and so are the errors.
+    ``batch_seconds`` [s] and ``retries`` are as in :func:`run`. The rest is as in :func:`leadlag.calibrate_all`, and so are the errors.
     """
     settings, reading = _chosen(options, SETTINGS, _native.READING)
     several = _several(models)
@@ -120,7 +120,7 @@ def fleet(
             items, unread = [inputs.drive(drive) for drive in _drives.some(pairs, reading)[0]], list[str]()
         else:
             items, unread = inputs.trajectories(_files_of(pairs, scratch), reading)
-        # Twice: of a single file it would be an error, not a warning, that it cannot be read. Without a pair there are columns, too.
+        # Twice, because an unreadable single file would be an error and not a warning. Without a pair there are columns, too.
         found = [_native.calibrate_files(unread * 2, None, each, reading, None)[:2]]
         batches = dict(_found(client, function, items, inputs, tell, batch_seconds, retries))
     found += itertools.chain(*(batches[start] for start in sorted(batches)))
@@ -134,12 +134,12 @@ def fleet(
 
 
 def _program() -> str:
-    """The version of leadlag and the state of its search: with the same ones a seed means the same result."""
+    """The version of leadlag and the state of its search: with the same ones, a seed gives the same result."""
     return _native.PROGRAM
 
 
 def _leadlag(*words: str, module: str = "_program", check: bool = True, **options: Any) -> str:
-    """What a process of this package prints. Raises its error. It can tell when this process ends, for then its input does."""
+    """The output of a process of this package; raises its error. The process notices the end of this one, because its input then ends."""
     paths = [str(Path(__file__).parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]
     environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1", **options.pop("env", {})}
     command = [sys.executable, "-m", f"leadlag.{module}", *words]
@@ -157,7 +157,7 @@ def _leadlag(*words: str, module: str = "_program", check: bool = True, **option
 
 
 class _Inputs:
-    """The files that workers need. There they have other names, for their folders are not there."""
+    """The files that workers need. They have other names there, because their folders do not exist there."""
 
     def __init__(self, scratch: str = "") -> None:
         #: A folder for texts of drives and tables.
@@ -168,7 +168,7 @@ class _Inputs:
         self._beside = functools.cache(lambda folder: [path.name for one in COMPANIONS for path in folder.glob(one)])
 
     def files(self, path: Path, there: str) -> Files:
-        """A file with those that are read with it, as they are laid out in the folder ``there``."""
+        """A file and its companions, in the layout of the folder ``there``."""
         names = [path.name, *self._beside(path.parent), *(_quoted(path) if path.suffix == ".toml" else ())]
         return {f"{there}/{name}": path.parent / name for name in names if (path.parent / name).is_file()}
 
@@ -179,7 +179,7 @@ class _Inputs:
         return f"{there}/{name}", self.files(Path(path), there)
 
     def option(self, value: Any) -> Any:
-        """An option or a model as it is there. A file that it names, as ``FILE#NAME`` and ``FILE.wgsl+delay`` do, goes with every batch."""
+        """An option or a model with the names there. A file that it names, as ``FILE#NAME`` and ``FILE.wgsl+delay`` do, goes with every batch."""
         text = os.fspath(value) if isinstance(value, (str, os.PathLike)) else ""
         path = re.split(r"#|(?<=\.wgsl)(?=\+)", text)[0]
         if not (Path(path).suffix and os.path.isfile(path)):
@@ -189,7 +189,7 @@ class _Inputs:
         return name + text[len(path) :]
 
     def choices(self, models: Sequence[Model], settings: Settings, reading: dict[str, Any]) -> tuple[Any, ...]:
-        """Models, settings and options of reading as they are there."""
+        """Models, settings and options of reading with the names there."""
         names, single = _bounds(settings.get("bounds"))
         bounds = [*map(self.option, names), {name: (lower, upper) for name, lower, upper in single}]
         own = [
@@ -222,7 +222,7 @@ class _Inputs:
         return files, ("", 0, (file, name, follower, {key: self.option(value) for key, value in options.items()}))
 
     def trajectories(self, paths: Sequence[str], reading: dict[str, Any]) -> tuple[list[Item], list[str]]:
-        """The trajectories of files that have ids, else files as a whole. Beside them, files that cannot be read."""
+        """The trajectories of files that have ids, otherwise whole files; and files that cannot be read."""
         words = [name for name in ("layout", "columns", "trajectory", "lead_length") if reading.get(name) is not None]
         flags = [f"--{name.replace('_', '-')}={reading[name]}" for name in words]
         ids: dict[str, list[str | None]] = {}
@@ -233,25 +233,25 @@ class _Inputs:
                 own = [platoon["id"] for platoon in one["platoons"]]
                 apart = len(set(own)) == len(own) and all(id and "," not in id and id.strip() == id for id in own)
                 ids[one["source"]["path"]] = own if apart else [None]
-        # By its number, a file that is given twice is two. If none can be read, a worker gives the reason.
+        # With its number, a file that is given twice counts as two. If none can be read, a worker gives the reason.
         places = [(number, *self.place(path), ids.get(path, [] if ids else [None])) for number, path in enumerate(paths)]
         items: list[Item] = [(files, (file, number, id)) for number, file, files, own in places for id in own]
         return items, [path for path in paths if ids and path not in ids]
 
     def told(self, text: str) -> str:
-        """What a worker says, with the names that files have here."""
+        """A message of a worker, with the local names of files."""
         for folder, there in self._folders.items():
             text = text.replace(f"{there}/", folder)
         return text.replace(f"{self.scratch}/", "") if self.scratch else text
 
 
 def _quoted(path: Path) -> list[str]:
-    """What stands in quotes in a TOML file, among it the names of other files."""
+    """The quoted strings in a TOML file, including the names of other files."""
     return [one or other for one, other in re.findall(r"\"([^\"\n]+)\"|'([^'\n]+)'", path.read_text(errors="replace"))]
 
 
 def _write_whole(folder: Path, name: str, content: bytes) -> None:
-    """Writes a file whole or not at all. The temporary one is not among the parts, where other runs would tidy it up."""
+    """Writes a file whole or not at all. The temporary one is not among the parts, where other runs would remove it."""
     temporary = folder / f"{os.urandom(8).hex()}.tmp"
     with temporary.open("xb") as file:
         file.write(content)
@@ -277,7 +277,7 @@ def _files_of(pairs: Any, scratch: str) -> list[str]:
 
 
 def _joined(tables: Sequence[dict[str, Any]]) -> dict[str, Any]:
-    """Tables below each other, with pairs that are numbered on."""
+    """Concatenated tables, with continuous numbers of pairs."""
     count = 0
     for table in tables:
         table["pair"] = table["pair"] + count
@@ -323,7 +323,7 @@ def _found(
     batch_seconds: float,
     retries: int,
 ) -> Iterator[tuple[int, Any]]:
-    """What a function finds for items, a batch at a time as it comes, behind the place of its first item."""
+    """The results of a function for items, batch by batch in order of completion, each with the index of its first item."""
     try:
         import distributed  # noqa: F401
     except ImportError as error:
@@ -353,7 +353,7 @@ def _found(
                     files = {name: path for files, _ in own for name, path in files.items()}
                     waiting, taken = [_Batch(taken, own, {**inputs.common, **files})], taken + len(own)
                 batch = waiting.pop()
-                # Dask would rather have all batches where the first input is than on all workers.
+                # Dask would place all batches beside the first input instead of spreading them over all workers.
                 busy = Counter(other.worker for other in running.values())
                 batch.worker = min(sorted(threads), key=lambda worker: busy[worker] / threads[worker])
                 sent |= {path: _pieces(client, path) for path in batch.files.values() if path not in sent}
@@ -376,7 +376,7 @@ def _found(
                 except ImportError as error:
                     raise _native.Error(f"worker {batch.worker} has no such leadlag as this process: {error}") from error
                 except Exception as error:
-                    # Dask gives a batch up after some workers died with it. A worker may end while its answer is fetched.
+                    # Dask drops a batch after several workers have died with it. A worker may end while its answer is fetched.
                     batch.lost += 1
                     if batch.lost > retries:
                         raise _native.Error(f"lost {batch.lost} times, lastly by {batch.worker}: {error!r}") from error
@@ -392,7 +392,7 @@ def _found(
 
 
 def _compute(program: str, files: dict[str, list[bytes]], call: bytes) -> tuple[Any, float]:
-    """On a worker: does a call in a process of its own, in a folder with these files. Returns the answer, and the time [s]."""
+    """On a worker: runs a call in a separate process, in a folder with these files. Returns the answer, and the time [s]."""
     from distributed import get_worker
 
     began, worker = time.monotonic(), get_worker()
@@ -438,7 +438,7 @@ def _pairs(models: Sequence[Model], settings: Settings, reading: dict[str, Any],
 
 
 def _main() -> int:
-    """That process: does the call of the folder, and leaves the answer there."""
+    """That process: runs the call of the folder, and writes the answer there."""
     # The pipe ends with the worker, however that ends.
     threading.Thread(target=lambda: (os.read(0, 1), os._exit(1)), daemon=True).start()
     try:

@@ -10,7 +10,7 @@ use pyo3::types::{PyBytes, PyDict, PySlice};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// How a drive is made again in another process.
+/// The recipe to make a drive again in another process.
 #[derive(Clone)]
 pub enum Origin {
     /// The text of a table, and its name.
@@ -81,7 +81,7 @@ impl Drive {
     /// The part between two times [s], both included.
     fn part(&self, from: f64, to: f64) -> PyResult<Drive> {
         let inner = self.inner.between(from, to).map_err(raised)?;
-        // It is made again by a window of the same trajectory, whose segments have other numbers then.
+        // A window of the same trajectory gives it again; the numbers of its segments may differ.
         let replaced = ["start", "end", "segment", "trajectory"];
         let mut options = self.options.clone();
         let id = options.iter().find(|(name, _)| name == "trajectory").map(|(_, id)| id.clone());
@@ -98,7 +98,7 @@ impl Drive {
         [time[0], time[time.len() - 1]]
     }
 
-    /// The text of a file that is all that was read, so that other machines need no file.
+    /// The complete text of a file, so that other machines do not need the file.
     fn alone(&self, path: &Path) -> Option<Vec<u8>> {
         let text = std::fs::read(path).ok().filter(|_| !self.inner.has_companions())?;
         let is_packed = text.starts_with(&[0x1F, 0x8B]) || text.starts_with(b"PAR1");
@@ -241,7 +241,7 @@ impl Drive {
         self.inner.warnings().iter().map(|text| in_keywords(text)).collect()
     }
 
-    /// Columns `time_s`, `lead_speed_mps`, `speed_mps` and `spacing_m` as a pandas DataFrame, which `Drive` takes.
+    /// Columns `time_s`, `lead_speed_mps`, `speed_mps` and `spacing_m` as a pandas DataFrame, which `Drive` accepts.
     fn to_pandas<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("leadlag._frames")?.call_method1("drive_frame", (slf,))
     }
@@ -256,9 +256,9 @@ impl Drive {
         slf.py().import("leadlag._show")?.call_method1("drive_plot", (slf,))
     }
 
-    /// The drive cut at a time [s], or at several: drives without a common sample, such as one to calibrate on and one to test.
+    /// The drive cut at a time [s], or at several, into drives without a common sample, such as one to calibrate on and one to test.
     ///
-    /// The sample at the time itself is the first of the later drive.
+    /// The sample at the cut is the first one of the later drive.
     fn split(&self, at: &Bound<'_, PyAny>) -> PyResult<Vec<Drive>> {
         let mut cuts: Vec<f64> = at.extract().or_else(|_| at.extract().map(|one| vec![one]))?;
         cuts.sort_by(f64::total_cmp);
@@ -313,7 +313,7 @@ impl Drive {
     }
 }
 
-/// The drive of a pickle, without a word.
+/// The drive of a pickle, without warnings.
 #[pyfunction]
 #[pyo3(name = "_again")]
 pub fn again(

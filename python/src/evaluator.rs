@@ -12,7 +12,7 @@ use std::time::{Duration, Instant};
 /// Number of candidates between two checks for Ctrl-C, so that they take about this long.
 const LOOK: Duration = Duration::from_millis(200);
 
-/// Candidates of the first part, and the largest factor from one part to the next.
+/// Number of candidates in the first part, and the largest factor from one part to the next.
 const FIRST: usize = 8;
 const GROWTH: usize = 8;
 

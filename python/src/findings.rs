@@ -12,7 +12,7 @@ use std::path::PathBuf;
 #[pyclass(module = "leadlag", frozen)]
 pub struct Findings {
     inner: leadlag::Findings,
-    /// The model that was diagnosed, and the texts of the causes that were tried beside the built-in ones, as Python has them.
+    /// The diagnosed model, and the texts of the tried causes that are not built in, in the form of Python.
     asked: (Py<PyAny>, Vec<(String, String)>),
 }
 
@@ -70,7 +70,7 @@ impl Findings {
         in_keywords(self.inner.reason())
     }
 
-    /// The causes that the likelihood adopts, in order.
+    /// The causes that the likelihood adopts, in the order of adoption.
     #[getter]
     fn causes(&self) -> Vec<&str> {
         self.inner.causes()
@@ -82,7 +82,7 @@ impl Findings {
         self.inner.recommended()
     }
 
-    /// The text of `diagnosis.json`: all that was found.
+    /// The text of `diagnosis.json`, the complete result.
     fn to_json(&self) -> String {
         self.inner.to_json()
     }

@@ -10,12 +10,12 @@ use std::path::PathBuf;
 
 /// Calibrated parameters, with intervals and correlations; `leadlag.calibrate` makes it.
 ///
-/// `Fit(json, drives)` makes a fit from the text of a `result.json` and its drives, which may be none.
+/// `Fit(json, drives)` makes a fit from the text of a `result.json` and its drives; `drives` may be empty.
 #[pyclass(module = "leadlag", frozen)]
 pub struct Fit {
     inner: leadlag::Fit,
     drives: Vec<leadlag::Drive>,
-    /// The same, as Python has them.
+    /// The same in the form of Python.
     own: Vec<Py<Drive>>,
 }
 
@@ -135,7 +135,7 @@ impl Fit {
 
     /// Simulates the calibrated model on a drive, by the f64 reference.
     ///
-    /// `drive` and the options of reading are as of `leadlag.calibrate`.
+    /// `drive` and the options of reading are those of `leadlag.calibrate`.
     #[pyo3(signature = (drive, **reading))]
     fn simulate(&self, drive: &Bound<'_, PyAny>, reading: Option<&Bound<'_, PyDict>>) -> PyResult<Simulation> {
         let py = drive.py();
@@ -146,13 +146,13 @@ impl Fit {
         Ok(Simulation { inner })
     }
 
-    /// The same as `simulate`, by the word of scikit-learn.
+    /// The same as `simulate`, under the name of scikit-learn.
     #[pyo3(signature = (drive, **reading))]
     fn predict(&self, drive: &Bound<'_, PyAny>, reading: Option<&Bound<'_, PyDict>>) -> PyResult<Simulation> {
         self.simulate(drive, reading)
     }
 
-    /// Writes the files of `leadlag calibrate --out` without the time.
+    /// Writes the files of `leadlag calibrate --out`, without the times.
     fn save(&self, py: Python<'_>, folder: PathBuf) -> PyResult<()> {
         let (fit, drives) = (self.inner.clone(), self.drives.clone());
         done(py, move || leadlag::cli::save(&fit, &drives.iter().collect::<Vec<_>>(), &folder))
@@ -189,7 +189,7 @@ impl Fit {
     }
 }
 
-/// A run of a calibrated model on a drive, as far as it went; `Fit.simulate` makes one.
+/// A run of a calibrated model on a drive, up to its end; `Fit.simulate` makes one.
 #[pyclass(module = "leadlag", frozen)]
 pub struct Simulation {
     inner: leadlag::Simulation,
@@ -221,7 +221,7 @@ impl Simulation {
         PyArray1::from_slice(py, &self.inner.acceleration)
     }
 
-    /// Every measure of the error that exists for the drive, by name: `nrmse_sva`, `rmse_s`, ...
+    /// Every measure of the error that the drive allows, by name: `nrmse_sva`, `rmse_s`, ...
     #[getter]
     fn scores<'py>(&self, py: Python<'py>) -> PyResult<Bound<'py, PyDict>> {
         let dict = PyDict::new(py);

@@ -18,13 +18,13 @@ use std::path::PathBuf;
 create_exception!(leadlag, Error, PyException, "A failure: place, expected value, found value, remedy.");
 create_exception!(leadlag, UsageError, Error, "An invalid request, whatever the data.");
 
-/// An error of the library as a Python exception of the same text.
+/// An error of the library as a Python exception with the same text.
 fn raised(error: leadlag::Error) -> PyErr {
     let text = in_keywords(&error.to_string());
     if error.is_usage() { UsageError::new_err(text) } else { Error::new_err(text) }
 }
 
-/// Flags of the command line that have another name in Python; of the others only the dashes are different.
+/// Flags of the command line with another name in Python; the others differ only in the dashes.
 const RENAMED: [(&str, &str); 5] =
     [("from", "start"), ("to", "end"), ("evaluator", "device"), ("extend", "Model(extend=...)"), ("gpu", "device")];
 
@@ -45,8 +45,8 @@ const VALUES: [&str; 13] = [
     "speeds",
 ];
 
-/// A message of the command line in the words of Python: `--max-gap` is `max_gap`, and `--gof nrmse-s` is `gof="nrmse-s"`. A command in backticks
-/// stays unchanged.
+/// A message of the command line in terms of Python: `--max-gap` becomes `max_gap`, and `--gof nrmse-s` becomes `gof="nrmse-s"`. A command
+/// in backticks stays unchanged.
 fn in_keywords(text: &str) -> String {
     let mut told = String::with_capacity(text.len());
     for (k, part) in text.split('`').enumerate() {
@@ -91,7 +91,7 @@ fn run(py: Python<'_>, words: Vec<String>) -> u8 {
     py.detach(|| leadlag::cli::run(words))
 }
 
-/// The page of the main file of a folder that `save` wrote.
+/// The page for the main file of a folder that `save` wrote.
 #[pyfunction]
 fn page(py: Python<'_>, file: PathBuf) -> PyResult<String> {
     watch::done(py, move || leadlag::cli::page(&file))

@@ -13,7 +13,7 @@ use pyo3::types::{PyDict, PyList};
 use std::ops::ControlFlow;
 use std::path::PathBuf;
 
-/// Settings of a calibration, which every method changes for a copy.
+/// Settings of a calibration; every method returns a changed copy.
 #[pyclass(module = "leadlag", frozen)]
 #[derive(Clone)]
 pub struct Calibration {
@@ -29,7 +29,7 @@ impl Calibration {
         Calibration { inner, ..self.clone() }
     }
 
-    /// As this process can do it: a forked one cannot use the GPU of its parent.
+    /// In a form that this process supports: a forked one cannot use the GPU of its parent.
     fn here(&self) -> PyResult<leadlag::Calibration> {
         match self.device.as_deref() {
             Some("lanes" | "reference") => Ok(self.inner.clone()),
@@ -44,12 +44,12 @@ impl Calibration {
     }
 }
 
-/// Drives of Python as the library has them.
+/// Converts Python drives to those of the library.
 pub fn plain(drives: &[Py<Drive>]) -> Vec<leadlag::Drive> {
     drives.iter().map(|drive| drive.get().inner.clone()).collect()
 }
 
-/// A model as Python gives it.
+/// A model in the form of Python.
 #[derive(FromPyObject)]
 pub enum Base {
     Law(String, String, String),
@@ -71,7 +71,7 @@ pub fn variant(base: &Base, extensions: &[Extension]) -> PyResult<leadlag::Varia
 
 #[pymethods]
 impl Calibration {
-    /// Of a model by its name, or by (name, text, parts) of a law, with extensions: names of built-in causes, paths of WGSL files, or
+    /// A model from its name, or from (name, text, parts) of a law, with extensions: names of built-in causes, paths of WGSL files, or
     /// (name, text).
     #[new]
     fn new(model: Base, extensions: Vec<Extension>) -> PyResult<Calibration> {
@@ -222,7 +222,7 @@ pub fn calibrate_files<'py>(
     fleet(py, held_back(pairs, holdout)?, &calibrations, progress.as_ref())
 }
 
-/// The same of drives at hand.
+/// The same for drives in memory.
 #[pyfunction]
 #[pyo3(signature = (drives, calibrations, progress, holdout = None))]
 pub fn calibrate_drives<'py>(
@@ -262,7 +262,7 @@ fn fleet<'py>(
         use leadlag::Values::{Flag, Integer, Number, Text};
         let values = match &column.values {
             Number(values) => numbers(py, values.iter().map(|value| value.unwrap_or(f64::NAN))),
-            // Without a gap they stay whole.
+            // Without a gap, drives are not cut.
             Integer(values) => match values.iter().copied().collect::<Option<Vec<i64>>>() {
                 Some(whole) => PyArray1::from_vec(py, whole).into_any(),
                 None => numbers(py, values.iter().map(|value| value.map_or(f64::NAN, |value| value as f64))),

@@ -1,4 +1,4 @@
-//! How drives are read: the options as Python gives them, and as the library takes them.
+//! The options for reading drives, in the form of Python and of the library.
 
 use crate::UsageError;
 use pyo3::prelude::*;
@@ -68,7 +68,7 @@ impl Follower {
     }
 }
 
-/// The same as the library takes them.
+/// The same in the form of the library.
 pub fn reading(options: &[(String, Setting)]) -> PyResult<leadlag::Reading> {
     let mut reading = leadlag::Reading::default();
     for (name, value) in options {
@@ -119,7 +119,7 @@ pub fn reading(options: &[(String, Setting)]) -> PyResult<leadlag::Reading> {
     Ok(reading)
 }
 
-/// That an option has another kind of value.
+/// Error for an option with the wrong kind of value.
 pub fn wrong(name: &str, expected: &str) -> PyErr {
     UsageError::new_err(format!("{name}: expected {expected}"))
 }

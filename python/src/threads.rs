@@ -8,14 +8,14 @@ use std::sync::{Arc, Mutex, PoisonError};
 /// The process of an object: the first that uses it. 0 before.
 pub struct Home(AtomicU32);
 
-/// Home of the threads of rayon's global pool.
+/// Owner of the threads of rayon's global pool.
 pub static POOL: Home = Home(AtomicU32::new(0));
 
-/// Home of the driver of a GPU.
+/// Owner of the driver of a GPU.
 pub static GPU: Home = Home(AtomicU32::new(0));
 
 impl Home {
-    /// True in a process that was forked from the owner; without an owner this process becomes it.
+    /// True in a process that was forked from the owner; without an owner, this process becomes it.
     pub fn is_elsewhere(&self) -> bool {
         let process = std::process::id();
         match self.0.compare_exchange(0, process, Ordering::Relaxed, Ordering::Relaxed) {
@@ -28,7 +28,7 @@ impl Home {
 /// The pool of a forked process.
 static OWN: Mutex<Option<(u32, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// Does the work where its parallel parts find threads: in a forked process, in a pool that is made there.
+/// Runs the work where its parallel parts find threads: a forked process creates a pool for it.
 pub fn with_threads<T: Send>(work: impl FnOnce() -> Result<T, leadlag::Error> + Send) -> Result<T, leadlag::Error> {
     if !POOL.is_elsewhere() {
         return work();
@@ -43,7 +43,7 @@ fn own_pool() -> Result<Arc<ThreadPool>, leadlag::Error> {
         return Ok(Arc::clone(pool));
     }
     let pool = Arc::new(ThreadPoolBuilder::new().build().map_err(anyhow::Error::from)?);
-    // The pool of a parent that was forked itself has no threads here that could be ended.
+    // After a second fork, the threads of the parent's pool do not exist here and cannot be stopped.
     std::mem::forget(own.replace((process, Arc::clone(&pool))));
     Ok(pool)
 }

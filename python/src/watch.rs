@@ -10,7 +10,7 @@ use std::sync::{Arc, Mutex};
 use std::thread::{Builder, JoinHandle};
 use std::time::{Duration, Instant};
 
-/// Between two looks: short enough that Ctrl-C seems to act at once.
+/// Interval between two checks: short enough that Ctrl-C seems to act at once.
 const LOOK: Duration = Duration::from_millis(100);
 
 /// Work without partial results is abandoned this long after Ctrl-C; its thread then ends on its own.
@@ -41,14 +41,14 @@ impl Watch {
 /// Treatment of work on Ctrl-C.
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub enum OnCtrlC {
-    /// Wait for the partial result; a second Ctrl-C ends that.
+    /// Wait for the partial result; a second Ctrl-C ends the wait.
     Keep,
     /// There is nothing to keep.
     Leave,
 }
 
-/// Does the work. `progress` is called with the finished share and a text, some times a second. Ctrl-C, or an exception of `progress`, stops the
-/// work; its result so far comes back with the exception.
+/// Runs the work. `progress` is called with the finished share and a text, several times a second. Ctrl-C or an exception of `progress`
+/// stops the work; its result so far is returned with the exception.
 pub fn watched<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<&Py<PyAny>>,
@@ -86,7 +86,7 @@ pub fn done<T: Send + 'static>(
     interrupted.map_or(Ok(found), Err)
 }
 
-/// Waits for the end of the work; false if it is abandoned before, with the exception that stopped it.
+/// Waits for the end of the work; false if the work is abandoned first, with the exception that stopped it.
 fn wait(
     receiver: Receiver<()>,
     watch: &Watch,

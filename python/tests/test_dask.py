@@ -1,4 +1,4 @@
-"""What workers of Dask find is what one process finds, to the byte, also when some of them are killed."""
+"""Dask workers give the same results as one process, to the byte, even if some are killed."""
 
 from __future__ import annotations
 
@@ -103,7 +103,7 @@ def test_a_study_whose_workers_are_killed(client: Any, plan: Path, tmp_path: Pat
     assert bytes_of(merged) == expected
     assert not list((tmp_path / "many").rglob("*.tmp"))
     assert tasks_of(tmp_path / "many") >= 24, "the folder says what the workers did"
-    # Again: there is nothing left to do, and the same comes of it.
+    # Again: no work is left, and the result is the same.
     assert bytes_of(leadlag.study.run(plan, client, tmp_path / "many", progress=False)) == expected
     deadline = time.monotonic() + 10
     while children() and time.monotonic() < deadline:
@@ -112,7 +112,7 @@ def test_a_study_whose_workers_are_killed(client: Any, plan: Path, tmp_path: Pat
 
 
 def tasks_of(folder: Path) -> int:
-    """Tasks that the runs of a folder have written down."""
+    """Tasks that the runs of a folder have recorded."""
     return sum(json.loads(path.read_text())["tasks"] for path in (folder / "runs").glob("*.json"))
 
 

@@ -1,4 +1,4 @@
-"""What Python finds is what the command line finds, to the bit."""
+"""Python and the command line give the same results, to the bit."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ FEW = {"max_evaluations": 3000, "progress": False}
 
 
 def results(text: str) -> dict[str, Any]:
-    """A result without what tells where the data came from."""
+    """A result without the source of the data."""
     result = json.loads(text)
     for data in result["data"]:
         del data["path"], data["sha256"]

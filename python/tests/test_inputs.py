@@ -1,4 +1,4 @@
-"""What the functions take, and what they refuse."""
+"""Accepted and refused arguments of the functions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What Shift-Tab shows in a notebook: every public member has a text and a signature at run time."""
+"""The text of Shift-Tab in a notebook: every public member has a text and a signature at run time."""
 
 from __future__ import annotations
 

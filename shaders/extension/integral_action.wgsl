@@ -24,7 +24,7 @@ struct Integrated {
 const LIMIT: f32 = 0.6;
 
 fn integral_action_perception(p: Params, own: Parameters, state: State, w: World, x: Perceived) -> Integrated {
-    // Opaque, or Mesa takes the terms in another order.
+    // Opaque, because Mesa would reorder the terms.
     let error = opaque(x.s - equilibrium_spacing(p, x.v_f));
     let part = own.ki * state.integral;
     // The integral waits while its part is at its limit.

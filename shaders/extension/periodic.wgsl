@@ -25,7 +25,7 @@ fn sine(u: f32) -> f32 {
 }
 
 fn periodic_command(own: Parameters, w: World, a_cmd: f32) -> f32 {
-    // A command holds for a step, so it is that of the middle of the step.
+    // A command holds for a step, so it is taken in the middle of the step.
     let turns = own.f * (w.t + 0.5 * w.dt);
     let u = turns - floor(turns);
     let quarter = u + 0.25;

@@ -26,7 +26,7 @@ struct Filtered {
 fn sensor_lowpass_perception(own: Parameters, state: State, w: World, x: Perceived) -> Filtered {
     // As in actuation_lag.wgsl; the perceived value is the mean of both ends of the step.
     let half = 0.5 * w.dt / (own.tf + 0.5 * w.dt);
-    // Opaque, or Mesa takes the terms in another order.
+    // Opaque, because Mesa would reorder the terms.
     let gap_rise = opaque(half * opaque(x.s - state.gap));
     let dv_rise = opaque(half * opaque(opaque(x.v_l - x.v_f) - state.dv));
     let gap = opaque(state.gap + gap_rise);

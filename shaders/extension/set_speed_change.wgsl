@@ -15,12 +15,12 @@ struct Parameters {
 }
 
 fn set_speed_change_command(own: Parameters, w: World, a_cmd: f32) -> f32 {
-    // A step in which the stretch begins or ends is driven by both commands, by each for its part of the time.
+    // In a step in which the stretch begins or ends, each of the two commands acts for its share of the time.
     let since = w.t - own.t1;
     let begun = min(since + w.dt, w.dt);
     let left = min(own.dur - since, w.dt);
     let part = max(begun + left - w.dt, 0.0) / w.dt;
-    // Held with the speed in the middle of the step, which this command changes itself.
+    // Uses the speed in the middle of the step, which this command itself changes.
     let held = min(a_cmd, 0.5 * (own.vlim - w.v_f) / (1.0 + 0.25 * w.dt));
     return a_cmd + part * (held - a_cmd);
 }

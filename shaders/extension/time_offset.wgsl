@@ -14,8 +14,7 @@ struct Parameters {
 }
 
 fn time_offset_perception(own: Parameters, w: World, x: Perceived) -> Perceived {
-    // Simpson's rule for the way of the preceding vehicle in between.
-    // Opaque, or Mesa takes the terms in another order.
+    // Simpson's rule for the displacement of the preceding vehicle in between. Opaque, because Mesa would reorder the terms.
     let sum = opaque(opaque(x.v_l + w.v_l_then) + 4.0 * w.v_l_half);
     let way = own.to / 6.0 * sum;
     return Perceived(x.s - way, x.v_f, w.v_l_then);

@@ -44,8 +44,8 @@ fn heuristic(own: Parameters, w: World, x: Perceived) -> f32 {
     let a_l = min(w.a_l, own.a_max);
     let twice = -2.0 * s * a_l;
     let apart = x.v_l * x.v_l + twice;
-    // v_l (v - v_l) <= -2 s a_l: both stand when the gap is used up. Behind a vehicle that stands already `apart` may be 0; then the
-    // other case is the limit.
+    // v_l (v - v_l) <= -2 s a_l: both cars stand before the gap is used up. Behind a standing vehicle `apart` may be 0; then the other case
+    // is the limit.
     let stops = x.v_l * (x.v_f - x.v_l) <= twice && apart > 0.0;
     // v^2 a_l / (v_l^2 - 2 s a_l)
     let stopping = x.v_f * x.v_f * a_l / select(1.0, apart, stops);
@@ -62,7 +62,7 @@ fn acc_kesting_law(own: Parameters, w: World, x: Perceived) -> f32 {
     // (1 - c) a_IIDM + c (a_CAH + b tanh((a_IIDM - a_CAH) / b)) where the IIDM brakes more; tanh(y) = (e^2y - 1) / (e^2y + 1), y up to 0.
     let e = exponential(2.0 * min(a_iidm - a_cah, 0.0) / b);
     let cool = a_cah + b * ((e - 1.0) / (e + 1.0));
-    // Opaque, or Mesa makes another interpolation of it.
+    // Opaque, because Mesa would make another interpolation of it.
     let eased = opaque(1.0 - own.coolness) * a_iidm + own.coolness * cool;
     return select(eased, a_iidm, a_iidm >= a_cah);
 }

@@ -12,7 +12,8 @@ struct Parameters {
 fn krauss_law(own: Parameters, w: World, x: Perceived, v_f: f32) -> f32 {
     let b = -own.a_min;
     let react = b * own.t_h;
-    // v_safe = -b tau + sqrt((b tau)^2 + v_l^2 + 2 b g) with the gap g: the way in tau and while braking is g and the leader's braking.
+    // v_safe = -b tau + sqrt((b tau)^2 + v_l^2 + 2 b g) with the gap g: the distance driven in tau and while braking equals g plus the
+    // leader's braking distance.
     let radicand = opaque(react * react + x.v_l * x.v_l) + 2.0 * b * (x.s - own.d_0);
     let safe = sqrt(max(radicand, 0.0)) - react;
     // The smallest of v_0, v + a_max dt and v_safe, and never below 0.

@@ -9,7 +9,7 @@ struct Parameters {
 }
 
 fn newell_law(own: Parameters, w: World, x: Perceived, v_f: f32) -> f32 {
-    // The way of the preceding vehicle in the last tau, by Simpson's rule as in extension/time_offset.wgsl.
+    // The displacement of the preceding vehicle in the last tau, by Simpson's rule as in extension/time_offset.wgsl.
     let sum = opaque(opaque(x.v_l + w.v_l_then) + 4.0 * w.v_l_half);
     let way = own.tau / 6.0 * sum;
     // Newell: x(t) = x_l(t - tau) - d_0. A measured car does not start there, so it closes the remaining distance within tau. Without
@@ -19,7 +19,7 @@ fn newell_law(own: Parameters, w: World, x: Perceived, v_f: f32) -> f32 {
     return (v_next - v_f) / w.dt;
 }
 
-// The preceding vehicle is d_0 and the way in tau ahead.
+// The preceding vehicle is ahead by d_0 plus the distance driven in tau.
 fn newell_equilibrium(own: Parameters, v: f32) -> f32 {
     return own.d_0 + own.tau * v;
 }

@@ -28,9 +28,9 @@ struct Parameters {
 // SUMO's emergencyDecel of a passenger car [m/s2].
 const EMERGENCY: f32 = 9.0;
 
-// Closer than the shortest spacing: as hard as the speed difference asks for, by cc7 at least.
+// Closer than the shortest spacing: braking for the speed difference, by at least cc7.
 fn too_close(own: Parameters, w: World, x: Perceived, dv: f32, opening: f32) -> f32 {
-    // The spacing is above d_0 where the first of both is taken.
+    // The first of the two applies only for spacings above d_0.
     let outside = w.a_l + dv * dv / min(own.d_0 - x.s, -0.000001);
     let inside = w.a_l + 0.5 * (dv - opening);
     let wanted = select(0.0, min(select(inside, outside, x.s > own.d_0), 0.0), dv < 0.0);
@@ -51,11 +51,11 @@ fn w99_law(own: Parameters, w: World, x: Perceived, v_f: f32) -> f32 {
     let sdv = own.cc6 * x.s * x.s / 10000.0;
     let sdvc = select(0.0, own.cc4 - sdv, x.v_f > 0.0);
     let sdvo = sdv + select(0.0, own.cc5, x.v_l > own.cc5);
-    // Closing in: as hard as the shortest spacing asks for. It is further away than that here.
+    // Closing in: braking to reach the shortest spacing, which is smaller than the present one here.
     let closing = 0.5 * dv * dv / min(opaque(sdxc - x.s) - 0.1, -0.1);
-    // Following: by at least cc7, in the direction in which it already changes speed.
+    // Following: at least cc7, with the sign of the present acceleration.
     let following = select(max(w.a_f, own.cc7), min(w.a_f, -own.cc7), w.a_f <= 0.0);
-    // Free: the most, less where the longest spacing is near.
+    // Free: the largest acceleration, reduced near the longest spacing.
     let most = opaque(own.cc8 + own.cc9 * (min(3.6 * x.v_f, 80.0) / 3.6)) + 0.5;
     let near = min(dv * dv / max(opaque(sdxo - x.s), 0.000001), most);
     let free = select(0.0, select(most, near, x.s < sdxo), x.s > sdxc);
@@ -66,7 +66,7 @@ fn w99_law(own: Parameters, w: World, x: Perceived, v_f: f32) -> f32 {
     return max(min(min(a, own.cc8), (own.v_0 - v_f) / w.dt), -EMERGENCY);
 }
 
-// There is no state of rest: nearer than the end of following the car brakes by cc7, farther it accelerates. From v_0 on that of v_0.
+// There is no state of rest: below the end of following the car brakes by cc7, above it the car accelerates. From v_0 on, that of v_0.
 fn w99_equilibrium(own: Parameters, v: f32) -> f32 {
     return own.d_0 + own.cc1 * min(v, own.v_0) + own.cc2;
 }

@@ -1,5 +1,5 @@
-// The simulated state: spacing [m], speed [m/s], acceleration [m/s2]. Spacing and speed carry the rounding error of f32 in a
-// second word each, so that rounding errors do not add up over ten thousand steps.
+// The simulated state: spacing [m], speed [m/s], acceleration [m/s2]. Spacing and speed each carry the rounding error of f32 in a second
+// word, so that rounding errors do not accumulate over ten thousand steps.
 struct Motion {
     s: f32,
     v_f: f32,
@@ -26,8 +26,8 @@ fn at_rest_in(s: f32, v_f: f32, a_f: f32) -> Motion {
     return Motion(s, v_f, a_f, 0.0, 0.0);
 }
 
-// Eq. 1: the state one step dt [s] later; the preceding vehicle drives dx_l [m] meanwhile. A car does not roll backwards,
-// and its acceleration is the one it then had.
+// Eq. 1: the state one step dt [s] later, while the preceding vehicle drives dx_l [m]. A car does not roll backwards; its acceleration is
+// then the one that stops it.
 fn moved(now: Motion, a: f32, dx_l: f32, dt: f32) -> Motion {
     let per_dt = 1.0 / dt;
     let half_dt = 0.5 * dt;
@@ -37,7 +37,7 @@ fn moved(now: Motion, a: f32, dx_l: f32, dt: f32) -> Motion {
     let v_low = select(v_free.low, 0.0, stops);
     let a_next = select(a, -now.v_f * per_dt, stops);
     let twice_v = two_sum(now.v_f, v_next);
-    // Opaque, or Mesa takes the common factor out.
+    // Opaque, because Mesa would factor the terms.
     let driven = opaque(twice_v.high * half_dt) + (twice_v.low + (now.v_low + v_low)) * half_dt;
     let gained = two_sum(dx_l, -driven);
     let s = two_sum(now.s, gained.high + now.s_low);

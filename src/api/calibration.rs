@@ -52,7 +52,7 @@ pub struct Calibration {
     pub(crate) warn: fn(&str),
 }
 
-/// The program and the state of its searches, such as `leadlag 0.1.0+search7`: with the same one, the same seed finds the same.
+/// Program and state of its searches, such as `leadlag 0.1.0+search7`: with the same one, a seed gives the same result.
 #[must_use]
 pub fn program() -> &'static str {
     &calibrate::PROGRAM
@@ -292,7 +292,7 @@ impl Calibration {
         let known = self.model.parameters();
         let single = checked_single(&self.single, &self.model, &known)?;
         let mut overrides = read_bounds(&self.bounds, &self.model)?;
-        // A set is a start; a file, or the bounds of one parameter, are a deliberate choice.
+        // A set is only a starting point; a file, or the bounds of one parameter, are a deliberate choice.
         let is_file = |given: &&String| given.parse::<BoundSet>().is_err();
         let files: Vec<String> = self.bounds.iter().filter(is_file).cloned().collect();
         let mut meant = read_bounds(&files, &self.model)?;
@@ -382,7 +382,7 @@ impl Calibration {
     }
 
     /// The same calibration with the faults of the data corrected, or uncorrected if they are corrected here; `None` if that makes no
-    /// difference, or nothing is found.
+    /// difference, or without faults.
     pub(crate) fn compared(
         &self,
         loaded: &[Loaded],

@@ -40,7 +40,7 @@ pub struct Diagnosis {
     seed: u64,
     causes: Vec<&'static Extension>,
     bounds: Vec<String>,
-    /// Bounds of single parameters, which replace those of sets and files.
+    /// Bounds of single parameters; they replace those of sets and files.
     single: Overrides,
     correct: bool,
 }
@@ -54,7 +54,7 @@ pub struct Findings {
     drives: Arc<[Vec<Diagnosed>; 2]>,
 }
 
-/// A follower of a recording.
+/// A follower of a recording, not yet read.
 pub(crate) struct Source<'a> {
     pub(crate) recording: Recording,
     pub(crate) reading: &'a Reading,
@@ -81,7 +81,7 @@ pub(crate) struct Loading {
 #[derive(Debug)]
 pub(crate) struct Loaded {
     pub(crate) train: Vec<Diagnosed>,
-    /// The same drives whole: `train`, unless their ends are held back.
+    /// The same drives in full length; equal to `train` unless their ends are held back.
     pub(crate) whole: Vec<Diagnosed>,
     pub(crate) holdout: Vec<Diagnosed>,
     pub(crate) data: Vec<DataEntry>,
@@ -89,12 +89,12 @@ pub(crate) struct Loaded {
     pub(crate) held_back: String,
     /// Window of every training drive whose end is held back \[s\]; empty with separate held-back drives.
     pub(crate) trained: Vec<[f64; 2]>,
-    /// Length of a lap \[m\], if the track is closed or its grade repeats.
+    /// Length of a lap \[m\] if the track is closed or its grade repeats.
     pub(crate) lap: Option<f64>,
 }
 
 impl Loading {
-    /// Drives to train on, and drives that are held back; without any, the last third of each is.
+    /// Loads drives to train on and held-back drives; without the latter, the last third of each drive is held back.
     pub(crate) fn load(
         self,
         train: Vec<Source<'_>>,
@@ -173,7 +173,7 @@ impl Loading {
         Ok(loaded)
     }
 
-    /// One follower: the faults of its data, and those that remain after corrections.
+    /// Checks one follower: the faults of its data, and those that remain after corrections.
     fn examine(self, source: Source<'_>, role: &str, warn: &mut dyn FnMut(String)) -> anyhow::Result<Examined> {
         let Source { recording, reading, follower, id } = source;
         let id = id.as_deref();
@@ -186,7 +186,7 @@ impl Loading {
         let units = picked.trajectory.notes.iter().find(|note| matches!(note, Note::UnitsContradict { .. }));
         let units = units.map(ToString::to_string);
         let mut findings = FindingEntry::of(&picked.trajectory);
-        // Units come before any size, and only once.
+        // Report a unit error first and only once, because it explains every wrong size.
         findings.retain(|finding| units.is_none() || finding.name != "unit");
         let trajectory = &picked.trajectory;
         let mut entry = DataEntry {
@@ -213,7 +213,7 @@ fn drives(picked: &Picked) -> anyhow::Result<Vec<Diagnosed>> {
     Ok(drives)
 }
 
-/// Shares of a diagnosis after which the likelihood, and then the race, has answered.
+/// Progress \[0 to 1\] at which the likelihood is done, and at which the race is.
 const INFERRED: f64 = 0.3;
 /// See [`INFERRED`].
 const RACED: f64 = 0.95;
@@ -228,7 +228,7 @@ pub(crate) struct Asked<'a> {
 }
 
 impl Asked<'_> {
-    /// The answer of both judges and the findings of the data; takes data and findings out of `loaded`.
+    /// The answer of the likelihood and of the race, with the findings of the data; takes data and findings out of `loaded`.
     pub(crate) fn answer(
         &self,
         loaded: &mut Loaded,
@@ -331,7 +331,7 @@ impl Diagnosis {
         self
     }
 
-    /// Diagnoses. Without drives that are held back, the last third of each is.
+    /// Runs the diagnosis. Without held-back drives, the last third of each drive is held back.
     ///
     /// # Errors
     /// For a drive that is too short, or lacks data of the model.
@@ -339,7 +339,7 @@ impl Diagnosis {
         self.run_on(drives, holdout, &mut |_| ControlFlow::Continue(()))
     }
 
-    /// The same. `progress` receives the progress; if it breaks, the diagnosis ends with an error.
+    /// The same with `progress`; if it breaks, the diagnosis ends with an error.
     ///
     /// # Errors
     /// As [`Diagnosis::run`].
@@ -349,14 +349,14 @@ impl Diagnosis {
         holdout: &[&Drive],
         progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
     ) -> Result<Findings, Error> {
-        // Before the work, and for the causes as well, because the diagnosis searches these, too.
+        // Before the long computation. The bounds also apply to causes, because the diagnosis searches these, too.
         let mut bounds = read_bounds(&self.bounds, &self.base)?;
         let of_causes = self.causes.iter().flat_map(|cause| &cause.parameters).copied();
         let mut known = self.base.parameters();
         known.extend(of_causes.filter(|symbol| !self.base.parameters().contains(symbol)));
         bounds.extend(checked_single(&self.single, &self.base, &known)?);
         let loading = Loading { variant: self.base, data_only: false };
-        // A drive knows how it is to be read, and the diagnosis whether it is to be corrected.
+        // Each drive knows how to read it; the diagnosis decides whether to correct it.
         let asked: Vec<Drive> = drives.iter().chain(holdout).map(|drive| drive.corrected(self.correct)).collect();
         let asked: Vec<&Drive> = asked.iter().collect();
         let (drives, holdout) = asked.split_at(drives.len());
@@ -373,7 +373,7 @@ impl Findings {
         &self.described.outcome
     }
 
-    /// All output: the diagnosis, and its drives.
+    /// All output: the diagnosis and its drives.
     #[cfg(feature = "cli")]
     pub(crate) fn parts(&self) -> (&Described, &[Vec<Diagnosed>; 2]) {
         (&self.described, &self.drives)
@@ -398,13 +398,13 @@ impl Findings {
         recommended.flat_map(|recommended| &recommended.causes).map(|cause| cause.name.as_str()).collect()
     }
 
-    /// The causes that the likelihood adopts, in order.
+    /// The causes that the likelihood adopts, in the order of adoption.
     #[must_use]
     pub fn causes(&self) -> Vec<&str> {
         self.outcome().causes.iter().map(|cause| cause.name.as_str()).collect()
     }
 
-    /// The text of `diagnosis.json`: all that was found.
+    /// The text of `diagnosis.json`, the complete result.
     #[must_use]
     pub fn to_json(&self) -> String {
         self.outcome().to_json()

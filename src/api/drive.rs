@@ -53,7 +53,7 @@ impl Reading {
         self.recording(Input::File(path.as_ref()))
     }
 
-    /// Reads the text of a table in the format of a file; `name` stands for the file in messages and results.
+    /// Reads a table from memory, as from a file; `name` stands for the file in messages and results.
     ///
     /// # Errors
     /// As [`Reading::file`].
@@ -67,7 +67,7 @@ impl Reading {
 }
 
 impl Recording {
-    /// The followers, by the numbers and names that [`Recording::follower`] takes; of a table of many pairs those of the first.
+    /// The followers, by the numbers and names that [`Recording::follower`] takes; for a table of many pairs, those of the first pair.
     #[must_use]
     pub fn followers(&self) -> Vec<(usize, String)> {
         let cars = self.read.platoons[0].cars.iter().filter(|car| car.number > 1);

@@ -6,7 +6,7 @@ use crate::trajectory::PrepareError;
 use crate::vehicle::VehicleError;
 use std::fmt;
 
-/// Why leadlag could not do something: place, expected value, found value, remedy.
+/// An error of leadlag: place, expected value, found value, remedy.
 pub struct Error(anyhow::Error);
 
 impl Error {

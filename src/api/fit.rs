@@ -154,7 +154,7 @@ impl Fit {
         &self.result
     }
 
-    /// A drive with the calibrated car, unless it has another one.
+    /// Gives a drive the calibrated car, unless it has another one.
     fn on(&self, drive: &Drive) -> anyhow::Result<Loaded> {
         let mut reading = (*drive.recording.reading).clone();
         reading.vehicle = reading.vehicle.or_else(|| self.result.vehicle.as_ref().map(|vehicle| vehicle.from.clone()));

@@ -115,7 +115,7 @@ impl Pairs {
 
     /// Number of pairs with doubtful data, their names, and the fault of the first.
     pub(crate) fn doubtful(&self) -> Option<String> {
-        // Noise of an acceleration has a warning of its own.
+        // Noise of an acceleration has a separate warning.
         let is_doubtful = |pair: &&Pair| pair.doubts().split(' ').any(|kind| !kind.is_empty() && kind != NOISY);
         let doubtful: Vec<&Pair> = self.pairs.iter().filter(is_doubtful).collect();
         let first = doubtful.first()?;
@@ -152,7 +152,7 @@ impl Pairs {
         ))
     }
 
-    /// The pairs of files; `vehicle`: a model that needs the follower's car, if any does.
+    /// The pairs of files; `vehicle`: a model that needs the follower's car, if there is one.
     pub(crate) fn of_files(
         reading: &Reading,
         files: &[PathBuf],
@@ -336,7 +336,7 @@ pub(crate) fn settings(calibrations: &[Calibration], measures: Vec<GoodnessOfFit
     let model = |one: &Calibration| {
         one.check_numbers()?;
         let (variant, overrides) = (one.model, one.overrides()?);
-        // Bounds that are invalid for every pair are reported once; a pair without a car reports what the model lacks.
+        // Bounds that are invalid for every pair are reported once; for a pair without a car, the model reports what it lacks.
         match SearchSpace::new(&variant, None, *convention, &overrides) {
             Err(error @ BoundsError::Impossible { .. }) => Err(error.into()),
             _ => Ok(Model { variant, overrides }),

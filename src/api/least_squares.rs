@@ -11,7 +11,7 @@ use crate::score::Accumulation;
 const PART: usize = 128;
 
 /// The normal equations of one candidate, for the residuals r of [`Evaluator::residuals`] and their derivatives J with respect to the p
-/// parameters: a step d of Gauss and Newton's method solves JᵀJ d = -Jᵀr.
+/// parameters: a Gauss-Newton step d solves JᵀJ d = -Jᵀr.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NormalEquations {
     /// JᵀJ, p x p numbers, row by row; per unit of both parameters.
@@ -120,7 +120,7 @@ impl Evaluator {
         Ok(all)
     }
 
-    /// Which candidates have a score.
+    /// Meaning of the number, and the reason for its value.
     fn feasible(&self, lanes: &Lanes, candidates: &[Vec<f64>]) -> anyhow::Result<Vec<usize>> {
         let mut feasible: Vec<usize> = (0..candidates.len()).filter(|i| self.is_possible(&candidates[*i])).collect();
         for case in 0..lanes.cases().len() {

@@ -1,4 +1,4 @@
-//! Drives that are given twice: their samples would count twice, and intervals would be too narrow.
+//! Drives that are given twice: their samples would count twice, and the intervals would be too narrow.
 
 use super::error::Usage;
 use crate::study::fingerprint;
@@ -36,7 +36,7 @@ impl Samples {
         self.fingerprint == other.fingerprint || (same_follower && from <= other_to && other_from <= to)
     }
 
-    /// Refuses this drive if one of those before it has the same samples.
+    /// Refuses this drive if an earlier one has the same samples.
     pub(crate) fn differ_from(&self, before: &[Samples]) -> Result<(), Usage> {
         match before.iter().find(|other| self.overlap(other)) {
             None => Ok(()),
@@ -56,7 +56,7 @@ impl fmt::Display for Samples {
     }
 }
 
-/// Refuses drives of which one has samples of another.
+/// Refuses drives if one has samples of another.
 pub(crate) fn once<'a>(drives: impl IntoIterator<Item = &'a Trajectory>) -> anyhow::Result<()> {
     let mut seen: Vec<Samples> = Vec::new();
     for drive in drives {

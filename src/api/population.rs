@@ -73,9 +73,9 @@ impl Evaluator {
         self.free.iter().map(|&i| self.prepared.space.bounds[i][1]).collect()
     }
 
-    /// One score per candidate: the minimised measure, as a mean over the drives. Infinite if a run ends early, the score is undefined, or a
-    /// parameter has a value that the equations do not allow, such as a negative headway, so that an optimiser may leave the bounds.
-    /// `candidates` has them one behind the other, each with a value per parameter in the order of [`Evaluator::parameters`].
+    /// One score per candidate: the minimised measure, as a mean over the drives. Infinite if a run ends early, the score is undefined, or
+    /// a parameter has a value that the equations do not allow, such as a negative headway, so that an optimiser may leave the bounds.
+    /// `candidates` holds them contiguously, each with a value per parameter in the order of [`Evaluator::parameters`].
     ///
     /// # Errors
     /// If the number of values is not a multiple of the number of parameters, or the evaluator fails.

@@ -30,13 +30,13 @@ pub struct Reading {
     pub from: Option<f64>,
     /// Last time to use, as in the file \[s\].
     pub to: Option<f64>,
-    /// Missing samples are interpolated over at most this; longer gaps split the file \[s\].
+    /// Longest gap that is interpolated \[s\]; longer gaps split the file.
     pub max_gap_s: f64,
     /// Whether signals are smoothed as the paper's authors did: two Savitzky-Golay passes, 51 points, cubic.
     pub smooth: bool,
     /// Time step to resample to \[s\].
     pub resample_s: Option<f64>,
-    /// Whether findings of the check of the data are corrected if possible.
+    /// Whether findings of the data check are corrected if possible.
     pub correct: bool,
     /// Anchor of the spacing if the measured spacing and the speeds contradict each other.
     pub reconcile: Reconcile,
@@ -72,7 +72,7 @@ impl Default for Reading {
     }
 }
 
-/// Where a recording is read from.
+/// Source of a recording.
 #[derive(Debug, Clone, Copy)]
 pub(crate) enum Input<'a> {
     /// A file.
@@ -94,7 +94,7 @@ impl Input<'_> {
 #[derive(Debug, Clone)]
 pub(crate) struct Loaded {
     pub trajectory: Trajectory,
-    /// The vehicle, and the value with which `--vehicle` finds it again.
+    /// The vehicle, and the value of `--vehicle` that gives it again.
     pub vehicle: Option<(Vehicle, String)>,
     /// The same drive with its faults corrected, or uncorrected if they were corrected: for comparison, if that makes a difference.
     pub twin: Option<Trajectory>,
@@ -179,8 +179,8 @@ impl Reading {
         Ok(Some(1))
     }
 
-    /// Every pair of a file, or every requested one; `vehicle`: whether the follower's car has to be known. Of a pair that long gaps cut
-    /// into segments, the longest one.
+    /// Every pair of a file, or every requested one; `vehicle`: whether the follower's car must be known. If long gaps cut a pair into
+    /// segments, the longest one.
     pub(crate) fn pairs(
         &self,
         input: Input<'_>,
@@ -282,8 +282,7 @@ impl Reading {
             && recording.chosen_by != ChosenBy::Group
         {
             warn(format!(
-                "{path}: the trajectories are those of {} vehicles, such as {one} and {another}, which get the same \
-                 parameters; --follower NAME takes those of one",
+                "{path}: the trajectories belong to {} vehicles, such as {one} and {another}, which get the same parameters; --follower NAME selects one vehicle",
                 names.len()
             ));
         }

@@ -11,10 +11,10 @@ use crate::symbols::Symbol;
 use crate::trajectory::{Note, Trajectory};
 use crate::wgsl::extension_named;
 
-/// A follower that stays below this share of the lowest v_0 drives far below it.
+/// A follower below this share of the lowest v_0 drives far below it.
 const FAR_BELOW: f64 = 0.7;
 
-/// Less time above v_0 than this is noise \[s\].
+/// A shorter time above v_0 is noise \[s\].
 const ABOVE_S: f64 = 1.0;
 
 /// Warnings about a calibration, one line each.
@@ -35,7 +35,7 @@ pub fn of(
     said
 }
 
-/// A user expects that every setting has an effect.
+/// Users expect every setting to have an effect.
 fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<String> {
     let mut said = Vec::new();
     if reading.vehicle.is_some() && !model.needs_vehicle() {
@@ -112,7 +112,7 @@ fn drivers(overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     said
 }
 
-/// On a level road an extension that acts by the grade has no effect, and still gets a value.
+/// On a level road an extension that acts by the grade has no effect, but the search still gives it a value.
 fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) -> Option<String> {
     let is_level = |l: &&&Trajectory| l.grade.as_ref().is_some_and(|g| g.sin.iter().all(|sin| *sin == 0.0));
     let level: Vec<&Trajectory> = loaded.iter().filter(is_level).copied().collect();
@@ -189,7 +189,7 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
 /// Names of files for a warning about several.
 const NAMED: usize = 5;
 
-/// The files, each once; the first ones of many.
+/// Each file once; the first ones of many.
 fn paths(loaded: &[&Trajectory]) -> String {
     let mut paths: Vec<&str> = loaded.iter().map(|l| l.source.path.as_str()).collect();
     paths.dedup();

@@ -1,4 +1,4 @@
-//! The contenders of a measurement, by name. The one place where evaluators are made.
+//! The contenders of a measurement, by name. Evaluators of the benchmark are made only here.
 
 use crate::by_hand::ByHand;
 use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator, Population, Score, Timings};
@@ -73,7 +73,7 @@ impl Contender {
     /// Makes it for a case, ready to run; `None` if the machine has no device for it.
     ///
     /// # Errors
-    /// When the case cannot be laid out or the device fails.
+    /// If the case cannot be prepared or the device fails.
     pub(super) fn runner(self, case: &Case, gof: GoodnessOfFit) -> Result<Option<Runner>, EvaluateError> {
         let cases = vec![case.clone()];
         Ok(Some(match self {

@@ -11,7 +11,7 @@ use crate::trajectory::{Grade, Preparation, Recording, Trajectory, import, prepa
 use crate::vehicle::{Mfc, Vehicle};
 use rand::RngExt;
 
-/// Samples of the synthetic drive: as many as platoon 7 of the AstaZero data, on which earlier speeds were quoted.
+/// Number of samples of the synthetic drive: that of platoon 7 of the AstaZero data, for which earlier speeds were quoted.
 const SAMPLES: u32 = 9227;
 
 /// Upper bound of the perception delay \[s\]: Table 3.
@@ -106,7 +106,7 @@ fn evenly(grade: &Grade) -> Grade {
     Grade { sin: x.iter().map(|x| grade.at(*x)).collect(), x, period: grade.period, source: grade.source.clone() }
 }
 
-/// Candidates drawn evenly from a box; the same for the same box.
+/// Candidates drawn uniformly from a box; the same for the same box.
 #[must_use]
 pub fn candidates(space: &SearchSpace, count: usize) -> Population {
     let mut population = Population::new(&space.symbols);

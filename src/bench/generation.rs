@@ -1,4 +1,4 @@
-//! Cost of a generation of an optimiser beside simulating: breeding, laying candidates out, dispatching, sorting.
+//! Cost of a generation of an optimiser besides the simulation: breeding, preparing candidates, dispatching, sorting.
 
 use super::contender::{Contender, Runner};
 use super::{BenchError, Drive};
@@ -9,13 +9,13 @@ use serde::Serialize;
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Samples of a drive on which simulating takes negligible time.
+/// Number of samples of a drive whose simulation takes negligible time.
 const SHORT: usize = 20;
 
-/// Timed generations, after as many for warm-up, if only the cost beside simulating is requested.
+/// Number of timed generations, after as many for warm-up, if only the cost besides the simulation is requested.
 const GENERATIONS: usize = 100;
 
-/// Samples of a drive of a minute and a half, on which whole generations of large populations are timed.
+/// Number of samples of a drive of a minute and a half, on which whole generations of large populations are timed.
 const WHOLE: usize = 900;
 
 /// Generations of a large population that are timed, after one that warms up.
@@ -40,8 +40,8 @@ pub struct Generation {
 }
 
 impl Generation {
-    /// Measures the cost of a generation of the paper's size on a drive of a few samples, so that almost only the cost around simulating
-    /// remains, and whole generations of large populations. Nothing without a device.
+    /// Measures the cost of a generation of the paper's size on a drive of a few samples, so that almost only the cost besides the
+    /// simulation remains, and whole generations of large populations. Does nothing without a device.
     pub(super) fn measure(contender: Contender, drive: &Drive) -> Result<Vec<Generation>, BenchError> {
         let large = POPULATIONS.map(|population| (WHOLE, population, 1, LARGE));
         let of = |(steps, population, warm, timed)| Self::one(contender, drive, steps, population, [warm, timed]);

@@ -84,7 +84,7 @@ impl Measurement {
         self.runner.adapter()
     }
 
-    /// Repeats without timing until a GPU that was idle has its full speed.
+    /// Repeats without timing until an idle GPU has reached its full speed.
     pub fn wake(&mut self) -> Result<(), BenchError> {
         let began = Instant::now();
         while began.elapsed() < AWAKE {

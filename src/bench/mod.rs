@@ -1,9 +1,9 @@
 //! How fast candidates are simulated: evaluators, variants and population sizes, measured in turns.
 //!
-//! The unit is Mcs, a million candidate-steps: N candidates over T samples are N T candidate-steps, whether or not some
-//! candidates crash on the way. The table also has a hand-fused loop (`native`), the ceiling on a CPU, and the plain
-//! scalar reference, so that a figure can be judged without knowing the machine. Repetitions of all contenders are interleaved,
-//! so that a change of the machine's load affects all alike; every single time is kept. A hardware GPU comes after them, alone.
+//! The unit is Mcs, a million candidate-steps: N candidates over T samples are N T candidate-steps, even if some candidates crash on the
+//! way. The table also has a hand-fused loop (`native`), the ceiling on a CPU, and the plain scalar reference, so that a figure can be
+//! judged without knowing the machine. Repetitions of all contenders are interleaved, so that a change of the machine's load affects all
+//! alike; every single time is kept. A hardware GPU comes after them, alone.
 
 mod contender;
 mod data;
@@ -43,19 +43,19 @@ use crate::text::spelling::UnknownWord;
 use crate::trajectory::{ImportError, PrepareError};
 use crate::vehicle::VehicleError;
 
-/// A measurement that cannot be made.
+/// A measurement that failed.
 #[derive(Debug, thiserror::Error)]
 pub enum BenchError {
-    /// The synthetic drive cannot be made.
+    /// The synthetic drive could not be made.
     #[error(transparent)]
     Plant(#[from] PlantError),
-    /// The measured file cannot be read.
+    /// The measured file could not be read.
     #[error(transparent)]
     Import(#[from] ImportError),
-    /// It has no such follower, or nothing usable.
+    /// The file has no such follower, or no usable data.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
-    /// A variant cannot be run on it.
+    /// A variant cannot run on the drive.
     #[error(transparent)]
     Case(#[from] CaseError),
     /// The candidates cannot be drawn.

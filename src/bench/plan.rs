@@ -127,7 +127,7 @@ fn plan(effort: Effort, has_hardware: bool) -> Vec<(Contender, Variant, usize)> 
     plan
 }
 
-/// Measures. `progress` receives the name of each step.
+/// Runs the measurements. `progress` receives the name of each step.
 ///
 /// # Errors
 /// [`BenchError`].

@@ -6,8 +6,8 @@
 //!  the old files are removed, then the new ones moved into their places: never an old one beside a new one
 //! ```
 //!
-//! Commands that change one folder wait for one another by a lock on it. Where folders cannot be locked, two that change one at the
-//! same time may mix their files. A reader holds no lock: what it opens before and after a change is of two results.
+//! Commands that change one folder wait for each other by a lock on it. If folders cannot be locked, two that change one at the same time
+//! may mix their files. A reader holds no lock: files that it opens before and after a change belong to two results.
 
 use super::output;
 use crate::text::bounded;
@@ -22,8 +22,7 @@ const NEW: &str = ".leadlag-new";
 const READY: &str = ".leadlag-ready";
 /// In `READY`: one name per line, after `- ` files to remove, after `+ ` files to put in place, in this order.
 const LIST: &str = ".list";
-/// Renaming files within a folder takes at most this long, unless the process was killed: milliseconds on a disk,
-/// a second or two through a network.
+/// Longest time to rename the files of a folder, unless the process was killed: milliseconds on a disk, a second or two over a network.
 const PATIENCE: Duration = Duration::from_secs(10);
 
 /// New files of a folder, none of which is in its place yet.
@@ -31,7 +30,7 @@ const PATIENCE: Duration = Duration::from_secs(10);
 pub struct Change {
     folder: PathBuf,
     names: Vec<String>,
-    /// Keeps others from changing the same folder; not every system can lock one.
+    /// Keeps others from changing the same folder, if the system can lock one.
     _lock: Option<File>,
 }
 
@@ -96,7 +95,7 @@ pub fn settle(folder: &Path) -> anyhow::Result<()> {
     if folder.join(READY).exists() { complete(folder, locked(folder).as_ref()) } else { Ok(()) }
 }
 
-/// Completes a change that no process is making any longer: the holder of the lock knows that, and a process without it waits.
+/// Completes a change that no process is making now: the holder of the lock is sure of that, and a process without the lock waits.
 fn complete(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
     let began = Instant::now();
     while lock.is_none() && folder.join(READY).exists() && began.elapsed() < PATIENCE {
@@ -118,7 +117,7 @@ fn make(folder: &Path) -> anyhow::Result<()> {
     let list = match bounded::read_to_string(&ready.join(LIST), bounded::TEXT_MAX) {
         Ok(list) => list,
         Err(error) if error.kind() == ErrorKind::NotFound => {
-            // The list goes last, so that the change is complete: a process without the right to remove the folder can still read.
+            // Remove the list last: then the change is complete, and a process without the right to remove the folder can still read.
             let _ = fs::remove_dir_all(&ready);
             return Ok(());
         }
@@ -139,7 +138,7 @@ fn make(folder: &Path) -> anyhow::Result<()> {
             fs::rename(ready.join(name), folder.join(name))?;
         }
         if let Ok(folder) = File::open(folder) {
-            // Some file systems cannot; then a machine that loses power may lose the names.
+            // Some file systems cannot do this; a power failure may then lose the names.
             let _ = folder.sync_all();
         }
         fs::remove_file(ready.join(LIST))?;
@@ -148,7 +147,7 @@ fn make(folder: &Path) -> anyhow::Result<()> {
     done().with_context(|| format!("{}: cannot put the new files in their places", folder.display()))
 }
 
-/// True for the name of a file, and not of a place elsewhere.
+/// True for the name of a file without a path.
 fn is_plain(name: &str) -> bool {
     let mut parts = Path::new(name).components();
     matches!(parts.next(), Some(Component::Normal(_))) && parts.next().is_none()
@@ -164,7 +163,7 @@ fn ignoring_absence(done: std::io::Result<()>) -> std::io::Result<()> {
     done.or_else(|error| if error.kind() == ErrorKind::NotFound { Ok(()) } else { Err(error) })
 }
 
-/// The folder, locked until the file is closed; none where folders cannot be locked.
+/// The folder, locked until the file is closed; none if folders cannot be locked.
 fn locked(folder: &Path) -> Option<File> {
     let file = File::open(folder).ok()?;
     file.lock().ok()?;

@@ -1,4 +1,4 @@
-//! `leadlag check`: is a file a law or an extension, and what does it contain?
+//! `leadlag check`: checks whether a file is a law or an extension, and shows its contents.
 
 use super::{Usage, output};
 use crate::api::extension::find;

@@ -101,7 +101,7 @@ impl DataArgs {
     }
 }
 
-/// The result of a calibration by its file, or by the folder that `calibrate` wrote it to.
+/// The result of a calibration, by its file or by the folder of `calibrate`.
 pub fn result_file(given: &Path) -> anyhow::Result<PathBuf> {
     let file = if given.is_dir() { given.join("result.json") } else { given.to_owned() };
     file.parent().map_or(Ok(()), settle)?;

@@ -19,7 +19,7 @@ pub struct EvaluatorArgs {
     /// Precision of lanes and gpu [default: plain; f64 for evaluate without --evaluator]
     #[arg(long, value_enum)]
     pub precision: Option<PrecisionArg>,
-    /// The adapter of the gpu evaluator, as `leadlag doctor` lists them [default: the best one]
+    /// The adapter of the gpu evaluator, by its name in `leadlag doctor` [default: the best one]
     #[arg(long, value_name = "INDEX|PCI|NAME")]
     pub gpu: Option<String>,
 }
@@ -74,7 +74,7 @@ pub const BY_FLAGS: [&str; 2] = ["--evaluator reference", "--evaluator lanes --p
 /// The same in the plan of a study.
 pub const BY_PLAN: [&str; 2] = ["evaluator = \"reference\"", "evaluator = \"lanes\" and precision = \"f64\""];
 
-/// Refuses the reference for a variant with an extension of the user, of which it has no transcription.
+/// Refuses the reference for a variant with a user's extension, of which it has no transcription.
 pub fn transcribed(kind: Kind, variant: &Variant, [asked, instead]: [&str; 2]) -> anyhow::Result<()> {
     if kind != Kind::Reference || knows(variant) {
         return Ok(());

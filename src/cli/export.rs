@@ -185,7 +185,7 @@ fn comparison(suffix: &str) -> String {
     format!("comparison{suffix}.csv")
 }
 
-/// The files of the drives of the export in a folder; none without one.
+/// Writes the files of the drives of an export to a folder; without one, none.
 fn of_export(folder: &Path) -> Vec<String> {
     let count = Export::read(&folder.join(LOSS)).ok().flatten().map_or(0, |export| export.loss.len());
     let of_drive = |number| {

@@ -21,7 +21,7 @@ pub const TABLE: &str = "parameters.csv";
 /// Largest number of drivers in a message.
 const NAMED: usize = 5;
 
-/// The folder of a fleet, if a given result is one: the folder itself, its table or its `fleet.json`.
+/// The folder of a fleet, if the given result is one: the folder itself, its table or its `fleet.json`.
 pub fn folder_of(given: &Path) -> Option<PathBuf> {
     let is_file = given.file_name().is_some_and(|name| name == FLEET || name == TABLE);
     let folder = if given.is_dir() { given } else { given.parent().filter(|_| is_file)? };
@@ -113,7 +113,7 @@ fn calibrated(folder: &Path, file: &FleetFile, row: &Shown) -> anyhow::Result<Ca
     })
 }
 
-/// A model by its name, with built-in causes behind it.
+/// A model by its name, followed by built-in causes.
 fn variant(name: &str) -> Option<Variant> {
     if let Ok(variant) = name.parse() {
         return Some(variant);

@@ -35,7 +35,7 @@ pub fn spare<'a>(
     inputs: impl IntoIterator<Item = &'a PathBuf>,
     is_own: impl Fn(&str) -> bool,
 ) -> Result<(), Usage> {
-    // A missing folder or file cannot be the other.
+    // A missing folder or file cannot be the same as the other.
     let Ok(here) = folder.canonicalize() else { return Ok(()) };
     let replaced = inputs.into_iter().filter_map(|input| input.canonicalize().ok()).find(|input| {
         let name = input.file_name().and_then(|name| name.to_str());
@@ -44,7 +44,7 @@ pub fn spare<'a>(
     match replaced {
         None => Ok(()),
         Some(input) => Err(Usage(format!(
-            "--out {}: the result's file of that name would replace the input {}; expected another folder",
+            "--out {}: a file of the result would replace the input {}; expected another folder",
             folder.display(),
             input.display()
         ))),
@@ -101,7 +101,7 @@ pub fn finish(mut change: Change, folder: &Path, mut before: Vec<String>) -> any
             let made = MadeBy { schema_version: RUN_VERSION, command, warnings: said() };
             change.write(RUN, (serde_json::to_string_pretty(&made)? + "\n").as_bytes())?;
         }
-        // The library has none, and that of an earlier command does not belong to this result.
+        // The library has none, and the one from an earlier command does not belong to this result.
         None => before.push(RUN.to_owned()),
     }
     let stale = change.finish(before)?;

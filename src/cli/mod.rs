@@ -175,7 +175,7 @@ fn is_usage(error: &anyhow::Error) -> bool {
 
 static GIVEN: OnceLock<String> = OnceLock::new();
 
-/// The command; none where a program uses the library.
+/// The command; none if a program uses the library.
 fn given() -> Option<String> {
     GIVEN.get().cloned()
 }
@@ -186,7 +186,7 @@ fn given() -> Option<String> {
 pub fn run<Word: Into<OsString> + Clone>(words: impl IntoIterator<Item = Word>) -> u8 {
     let words: Vec<OsString> = words.into_iter().map(Into::into).collect();
     let quoted = words.iter().skip(1).map(|word| demo::quoted(&word.to_string_lossy()));
-    // Of several in one process, the first.
+    // If a process runs several, the first one counts.
     let _ = GIVEN.set(std::iter::once("leadlag".to_owned()).chain(quoted).collect::<Vec<_>>().join(" "));
     let cli = match Cli::try_parse_from(words) {
         Ok(cli) => cli,
@@ -240,7 +240,7 @@ pub fn page(file: &Path) -> Result<String, Error> {
 
 /// Starts the threads and runs one command.
 fn start(cli: Cli) -> anyhow::Result<()> {
-    // Now, because a failure where the first work starts them would be a panic.
+    // Start them now, because a failure at their first use would be a panic.
     rayon::ThreadPoolBuilder::new().num_threads(cli.threads.map_or(0, usize::from)).build_global().context(
         "cannot start the threads: ask for fewer with --threads N, or allow this process more threads or memory (`ulimit -u`, \
          `ulimit -v`)",
@@ -248,7 +248,7 @@ fn start(cli: Cli) -> anyhow::Result<()> {
     nested(cli)
 }
 
-/// The same where threads run already: a command within another one.
+/// The same if the threads are running already: a command within another one.
 fn nested(cli: Cli) -> anyhow::Result<()> {
     output::set_quiet(cli.quiet);
     match cli.command {

@@ -85,7 +85,7 @@ impl<W: Write> Write for Shown<W> {
     }
 }
 
-/// Warns that a spreadsheet would run a text of a table; programs read it as text.
+/// Warns that a spreadsheet would run a text of a table as a formula; programs read it as text.
 pub fn warn_of_formula(file: &Path, table: &crate::study::table::Table) {
     if let Some(text) = crate::report::csv::formula(table) {
         let (file, clipped) = (file.display(), text.chars().take(40).collect::<String>());
@@ -132,7 +132,7 @@ pub fn make_folder(path: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(path).with_context(|| format!("{}: cannot make the folder", path.display()))
 }
 
-/// An error of writing a table, with the place it was written to.
+/// An error in writing a table, with its path.
 pub fn write_error(source: csv::Error, path: Option<&Path>) -> anyhow::Error {
     let place = path.map_or("stdout".to_owned(), |p| p.display().to_string());
     anyhow::Error::new(source).context(format!("{place}: cannot write the results"))

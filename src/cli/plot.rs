@@ -12,7 +12,7 @@ const STYLES: [(char, Option<u8>); 3] = [('.', None), ('x', Some(33)), ('o', Som
 /// A name with spacing and speed.
 type Line = (&'static str, [Vec<f64>; 2]);
 
-/// Columns of the terminal, and whether it shows colours.
+/// Width of the terminal in columns, and whether it shows colours.
 fn terminal() -> (usize, bool) {
     let terminal = std::io::stdout().is_terminal();
     let columns = terminal_size::terminal_size().filter(|_| terminal).map_or(COLUMNS, |(width, _)| width.0.into());
@@ -20,7 +20,7 @@ fn terminal() -> (usize, bool) {
     (columns, terminal && std::env::var_os("NO_COLOR").is_none_or(|value| value.is_empty()))
 }
 
-/// A label, and lines with a name each.
+/// A label, and named lines.
 pub type Chart = (String, Vec<(&'static str, Vec<f64>)>);
 
 /// Prints accelerations over spacings \[m\].

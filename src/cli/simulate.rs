@@ -34,7 +34,8 @@ pub struct Args {
     /// Simulate all followers, each behind the simulated car ahead
     #[arg(long, conflicts_with = "columns")]
     platoon: bool,
-    /// Folder for simulation.csv and plot.svg (named by follower with --platoon, by id with several of --trajectory); not that of a calibration or diagnosis
+    /// Folder for simulation.csv and plot.svg (named by follower with --platoon, by id with several of --trajectory); not that of a
+    /// calibration or diagnosis
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Print JSON
@@ -58,7 +59,7 @@ struct Calibrated {
 /// One simulated follower.
 struct Simulated {
     loaded: Loaded,
-    /// True if it drives behind a simulated car.
+    /// True if the car ahead is simulated.
     follows: bool,
     case: Case,
     trace: Trace,

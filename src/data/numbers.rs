@@ -1,4 +1,4 @@
-//! Numbers that decide, each with its unit and its reason.
+//! Deciding numbers, each with its unit and its reason.
 
 use serde::Serialize;
 
@@ -25,7 +25,7 @@ macro_rules! numbers {
             $(#[doc = $reason] pub $name: f64,)*
         }
 
-        /// The numbers of this state of the program.
+        /// The numbers of this version.
         pub const $ALL: $Of = $Of { $($name: $value,)* };
 
         impl $Of {

@@ -23,7 +23,7 @@ pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// The value that this share of the values lie below, one of them; `None` without values.
+/// One of the values: the one that this share of them lies below; `None` without values.
 #[must_use]
 pub fn order_statistic(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();

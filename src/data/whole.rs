@@ -1,4 +1,4 @@
-//! Files that are written completely or not at all, whatever happens to the process or the machine: under another name first, flushed to
+//! Files that are written completely or not at all, whatever happens to the process or the machine: written under another name, flushed to
 //! the disk, then renamed.
 
 use std::fs::{self, File, TryLockError};
@@ -8,7 +8,7 @@ use std::sync::LazyLock;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, SystemTime};
 
-/// Ending of files that are being written and are no results.
+/// Ending of files that are still being written.
 pub const TEMPORARY: &str = "tmp";
 
 /// A temporary file not written to for this long is a leftover: writing one takes seconds.
@@ -18,7 +18,7 @@ pub const LEFT_OVER: Duration = Duration::from_secs(3600);
 #[derive(Debug)]
 pub struct Whole {
     path: PathBuf,
-    /// Its temporary path; none for a special file, such as `/dev/stdout`. A lock shows that it is still written to.
+    /// Its temporary path; none for a special file, such as `/dev/stdout`. A lock marks it as in use.
     temporary: Option<PathBuf>,
     file: File,
 }
@@ -53,7 +53,7 @@ impl Whole {
         self.file.sync_all()?;
         fs::rename(temporary, &self.path)?;
         self.temporary = None;
-        // The name is safe once the folder is. Some file systems cannot do that; then a power cut may bring the old file back.
+        // The name is safe once the folder is. Some file systems cannot flush folders; then a power failure may bring the old file back.
         if let Ok(folder) = File::open(folder_of(&self.path)) {
             let _ = folder.sync_all();
         }

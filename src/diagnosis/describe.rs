@@ -1,4 +1,4 @@
-//! The whole of a diagnosis: the cause, and beside it what the error looks like and what the cause is worth.
+//! The complete diagnosis: the cause, the breakdown of the error, and the gain.
 
 use crate::calibrate::CalibrateError;
 use crate::catalog::Variant;
@@ -21,12 +21,12 @@ use crate::result::diagnosis::{
 use crate::symbols::Parameters;
 use std::ops::ControlFlow;
 
-/// The missing acceleration of a drive under a model, with what surrounds it.
+/// The missing acceleration of a drive under a model, with the quantities at each sample.
 #[derive(Debug, Clone)]
 pub struct Series {
-    /// What surrounds the samples.
+    /// The quantities at each sample.
     pub scene: Covariates,
-    /// d \[m/s²\]; NaN before the first simulated sample, and where there is none.
+    /// d \[m/s²\]; NaN before the first simulated sample, and where it is undefined.
     pub d: Vec<f64>,
     /// Standard deviation of d \[m/s²\].
     pub error: f64,
@@ -34,7 +34,7 @@ pub struct Series {
     pub gap_error: Option<Vec<f64>>,
 }
 
-/// A model's part in a diagnosis.
+/// A model in a diagnosis.
 #[derive(Debug, Clone)]
 pub struct Described {
     /// Missing accelerations on the training drives, then on the hold-out drives.
@@ -43,20 +43,20 @@ pub struct Described {
     pub runs: Vec<Free>,
 }
 
-/// Everything that a diagnosis made.
+/// All results of a diagnosis.
 #[derive(Debug, Clone)]
 pub struct Diagnosis {
-    /// The result, but for what the caller knows about files.
+    /// The result without the caller's information on files.
     pub outcome: Outcome,
-    /// The cause, with both models.
+    /// The inference, with both models.
     pub inference: Inference,
     /// The base model.
     pub base: Described,
-    /// The recommended one, else the one with the adopted causes. Without the latter it has no missing accelerations.
+    /// The recommended model, otherwise the one with the adopted causes. Without the latter it has no missing accelerations.
     pub extended: Option<Described>,
 }
 
-/// Describes what was inferred and what the race answers. `lap` is the length of a closed track \[m\].
+/// Describes the inference and the answer of the race. `lap` is the length of a closed track \[m\].
 ///
 /// # Errors
 /// [`GainError`].
@@ -67,7 +67,7 @@ pub fn describe(
     lap: Option<f64>,
     progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Diagnosis, GainError> {
-    // What is adopted without a name is a proxy.
+    // An adopted cause without a name is a proxy.
     let named = matches!(inference.verdict, Verdict::Named | Verdict::Ambiguous);
     let adopted = if named { &inference.adopted[..] } else { &[] };
     let recommended = answer.recommended_model();
@@ -78,7 +78,7 @@ pub fn describe(
         let whole = 2.0 * settings.max_evaluations as f64;
         let (mut before, mut last) = (0, 0);
         let mut show = |p: crate::calibrate::Progress| {
-            // The second calibration counts on from the first.
+            // The second calibration continues the count of the first.
             before += if p.evaluations < last { last } else { 0 };
             last = p.evaluations;
             let done = ((before + last) as f64 / whole).min(1.0);
@@ -180,7 +180,7 @@ pub fn describe(
     Ok(found)
 }
 
-/// A gain, or why there is none: a cause that was found stays found.
+/// A gain, or the error: a cause that was found stays found.
 fn settled(measured: Result<Gain, GainError>) -> Result<(Option<Gain>, Option<String>), GainError> {
     match measured {
         Ok(gain) => Ok((Some(gain), None)),
@@ -195,11 +195,11 @@ fn drives(question: &Question<'_>) -> Vec<DriveEntry> {
     question.train.iter().map(entry("train")).chain(question.holdout.iter().map(entry("holdout"))).collect()
 }
 
-/// The training drives to whose end a model does not come.
+/// The training drives on which a model ends early.
 fn broken_off(question: &Question<'_>, model: &Described) -> Vec<BrokenOffEntry> {
     let entry = |(drive, run): (&Drive, &Free)| {
         let [s, ..] = &run.simulated;
-        // The sample that ends a run is its last one.
+        // The last sample of a run is the one that ends it.
         let last = (run.first + s.len()).saturating_sub(1).min(drive.trajectory.len() - 1);
         let crash = s.last().is_some_and(|s| *s <= 0.0);
         BrokenOffEntry { label: drive.label().to_owned(), time_s: drive.trajectory.t[last], crash }
@@ -207,16 +207,16 @@ fn broken_off(question: &Question<'_>, model: &Described) -> Vec<BrokenOffEntry>
     question.train.iter().zip(&model.runs).filter(|(_, run)| !run.complete).map(entry).collect()
 }
 
-/// A model that is simulated freely.
+/// A model in free simulation.
 struct Simulated {
     variant: Variant,
     parameters: Parameters,
-    /// As the race fits it; none of a model that only the likelihood fits.
+    /// Parameters by the race; `None` for a model that only the likelihood fits.
     entries: Option<Vec<ParameterEntry>>,
 }
 
 impl Simulated {
-    /// As the race delivers it, else as the likelihood fits it.
+    /// The model of the race, otherwise that of the likelihood.
     fn of(base: Variant, delivered: Option<Delivered>, fitted: &Fitted) -> Simulated {
         let extended =
             |causes: &[&'static Extension]| causes.iter().try_fold(base, |variant, cause| variant.with(cause));
@@ -236,7 +236,7 @@ impl Simulated {
         free(drives, compared, &self.parameters, adopted, question.bounds)
     }
 
-    /// With what the likelihood says of the noise.
+    /// The entry, with the noise of the likelihood.
     fn entry(&self, fitted: &Fitted) -> ModelEntry {
         let own = ModelEntry::from(fitted);
         ModelEntry {
@@ -248,7 +248,7 @@ impl Simulated {
     }
 }
 
-/// The errors on all that models were not fitted to: parts that the race left out, and drives held back that it has not seen.
+/// The errors on data that the models were not fitted to: parts left out of the race, and held-back drives that it has not seen.
 fn held_back(question: &Question<'_>, answer: &Answer, base: &[Free], extended: Option<&[Free]>) -> Vec<HeldBackEntry> {
     let mut all = answer.left_out();
     let is_seen = !all.is_empty();
@@ -271,7 +271,7 @@ fn held_back(question: &Question<'_>, answer: &Answer, base: &[Free], extended: 
     all
 }
 
-/// The minute in which the missing acceleration is largest, with its share of the square.
+/// The minute with the largest missing acceleration, with its share of the sum of squares.
 fn worst_minute(series: &[Series]) -> String {
     const MINUTE: f64 = 60.0;
     let (mut all, mut worst) = (0.0, (0.0, String::new()));

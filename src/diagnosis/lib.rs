@@ -1,4 +1,4 @@
-//! Diagnosis of a model: search and decision about causes, the race, and result files.
+//! Diagnosis of a model: search for and decision about causes, the race, and result files.
 //!
 //! Part of leadlag. Its interface may change with any version; depend on `leadlag`.
 

@@ -1,5 +1,5 @@
-//! Which model describes the drives best. On the data of its fit the larger of two nested models always does, so the comparison uses other
-//! scores: those on held-back data, or those expected on other drives of the same drivers.
+//! Finds the model that describes the drives best. On the data of its fit, the larger of two nested models always does, so the comparison
+//! uses other scores: those on held-back data, or those expected on other drives of the same drivers.
 //!
 //! Whether a difference is significant depends on the noise of the samples in its sum. They are dependent: the residuals of a free
 //! simulation are autocorrelated. One drive counts as its equivalent number of independent samples.
@@ -18,7 +18,7 @@ use rayon::prelude::*;
 
 /// The score on held-back data has no penalty.
 const NONE: Optimism = Optimism { score: 0.0, noise: 0.0 };
-/// A model with scores on fewer than this share of the pairs of the one with most takes no part in the comparison of means.
+/// Smallest share of the pairs of the most successful model that a model needs for the comparison of means.
 const CONTENDS: f64 = 0.5;
 
 /// Rule of the comparison.
@@ -29,7 +29,7 @@ pub enum Rule {
     HeldBack,
     /// By the score that is expected on another drive of the same driver (Takeuchi's criterion, with autocorrelated noise).
     Expected,
-    /// By nothing: there are neither intervals nor held-back data.
+    /// None: there are neither intervals nor held-back data.
     None,
 }
 
@@ -88,7 +88,7 @@ struct Tested {
     /// The score of the simulations, without the penalty.
     simulated: f64,
     own: HeldScore,
-    /// Of each drive: the terms of the three signals in the score, and the squares that they are roots of, sample by sample.
+    /// For each drive: the terms of the three signals in the score, and the squares under their roots, sample by sample.
     drives: Vec<[Term; 3]>,
 }
 
@@ -265,7 +265,7 @@ fn tested(
         Some((task(pairs, settings, row.place).ok()?, found, optimism.map_or(Some(NONE), |optimism| optimism)?))
     });
     let found: Vec<_> = found.collect();
-    // The noise is that of the drive, whatever the model: errors of one model count as noise if another explains them.
+    // The noise is that of the drive for every model: errors of one model count as noise if another explains them.
     let noise = found.iter().map(|(.., optimism)| optimism.noise).fold(f64::INFINITY, f64::min);
     let added = |optimism: &Optimism| optimism.score * if optimism.noise > 0.0 { noise / optimism.noise } else { 1.0 };
     let mut all: Vec<(Tested, Vec<Measures>, f64)> = found
@@ -355,8 +355,7 @@ fn terms(case: &Case, gof: &GoodnessOfFit, first: usize, trace: &Trace, measures
 }
 
 impl Tested {
-    /// The difference of the scores. Its noise is that of the sum over the samples into which it decomposes:
-    /// √m - √n = Σ (m_t - n_t) / (√m + √n).
+    /// The difference of the scores. Its noise is that of the sum over the samples: √m - √n = Σ (m_t - n_t) / (√m + √n).
     fn minus(&self, other: &Tested) -> Difference {
         let value = logarithm(self.own.score) - logarithm(other.own.score);
         if self.drives.len() != other.drives.len() || !value.is_finite() {

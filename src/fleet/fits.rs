@@ -1,4 +1,4 @@
-//! The worst fits, sample by sample: a table of numbers does not show why.
+//! The worst fits, sample by sample, because a table of numbers does not show their faults.
 
 use super::work::task;
 use super::{Pair, Row, Settings};

@@ -21,7 +21,7 @@ pub fn driver(pair: &Pair) -> Option<&str> {
 }
 
 impl Held {
-    /// Takes it from the pairs, or gives it to them. Returns the number of usable pairs without held-back data.
+    /// Removes it from the pairs, or assigns it to them. Returns the number of usable pairs without held-back data.
     pub fn hold(self, pairs: &mut [Pair]) -> usize {
         match self {
             Held::Share(share) => pairs.iter_mut().for_each(|pair| cut(pair, share)),

@@ -5,7 +5,7 @@
 //!                                                   '----> table, in the order of the pairs
 //! ```
 //!
-//! A row depends on its pair, model, measure and settings only, so that threads, interruptions and the other pairs change nothing in it.
+//! A row depends only on its pair, model, measure and settings; threads, interruptions and the other pairs do not change it.
 
 mod compare;
 mod fits;
@@ -39,14 +39,14 @@ pub const SCHEMA_VERSION: u32 = 1;
 /// come within 0.1 % of the best score that ten times as many find (docs/benchmark/fleet.md).
 pub const EVALUATIONS_PER_PARAMETER: u64 = 2_000;
 
-/// A follower behind his leader, as the data have it.
+/// A follower behind its leader, as in the data.
 #[derive(Debug, Clone)]
 pub struct Pair {
     /// Path of the file.
     pub file: String,
     /// Trajectory id of files that hold several.
     pub trajectory: Option<String>,
-    /// 1: right behind the leader of his platoon.
+    /// Number of the follower; 1 is right behind the leader of its platoon.
     pub follower: usize,
     /// Name of the follower as in the file.
     pub name: String,
@@ -107,7 +107,7 @@ pub struct Settings {
     pub convention: Convention,
     /// Optimiser, seed and stopping rules; one replicate.
     pub calibration: Calibration,
-    /// Simulations of a search at most, in place of those of `calibration`; `None`: [`EVALUATIONS_PER_PARAMETER`].
+    /// Largest number of simulations of a search, instead of that of `calibration`; `None`: [`EVALUATIONS_PER_PARAMETER`].
     pub max_evaluations: Option<u64>,
     /// Whether intervals of the parameters are estimated.
     pub intervals: bool,
@@ -115,7 +115,7 @@ pub struct Settings {
     pub selection: Selection,
 }
 
-/// Which calibration a row is of: positions in the lists of pairs, models and measures.
+/// The calibration of a row: positions in the lists of pairs, models and measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Place {
     /// The pair.

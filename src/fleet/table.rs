@@ -16,7 +16,8 @@ fn columns_of(model: &Variant) -> Vec<String> {
     model.parameters().into_iter().map(Symbol::column).collect()
 }
 
-/// Why the models cannot share a table, if they cannot: two parameters would be one column, or one would be a column that every table has.
+/// Why the models cannot share a table: two parameters would be one column, or one would have the name of a fixed column. `None` if they
+/// can.
 #[must_use]
 pub fn clash(settings: &Settings) -> Option<String> {
     let alone = Settings { models: Vec::new(), ..settings.clone() };
@@ -149,7 +150,7 @@ pub struct Overview {
     pub gof: String,
     /// Pairs with a result.
     pub calibrated: usize,
-    /// Those of them whose data are doubtful.
+    /// Number of those with doubtful data.
     #[serde(default)]
     pub doubtful: usize,
     /// Pairs on which this model leads all others of the measure by more than the noise.

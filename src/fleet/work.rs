@@ -1,4 +1,4 @@
-//! The work: some pairs at a time on one evaluator, several of these in parallel on a CPU.
+//! Calibrates the pairs, some at a time on one evaluator; on a CPU several of these run in parallel.
 
 use super::{Drive, Found, Journal, JournalError, Pair, Place, Row, Settings};
 use crate::calibrate::{CalibrateError, Replicate, SearchSpace, bound_times, calibrate_each};
@@ -33,7 +33,7 @@ pub enum FleetError {
     /// Rows cannot be kept.
     #[error(transparent)]
     Journal(#[from] JournalError),
-    /// The system lets this process start no thread.
+    /// The system does not let this process start a thread.
     #[error(
         "cannot start a thread for the calibrations: allow this process more threads or memory (`ulimit -u`, `ulimit -v`)"
     )]
@@ -47,8 +47,8 @@ pub(super) struct Task {
     pub(super) space: SearchSpace,
 }
 
-/// Calibrates all pairs with all models and measures: the rows in order of [`Settings::places`], or `None` for those that `stop` has left out.
-/// Rows of the journal are taken from it, and others added. `tell` receives the number of finished rows, from any thread.
+/// Calibrates all pairs with all models and measures: the rows in order of [`Settings::places`], or `None` for those that `stop` has left
+/// out. Rows of the journal are reused, and others added. `tell` receives the number of finished rows, from any thread.
 ///
 /// # Errors
 /// When the evaluator fails or the journal cannot be written; finished rows are in it.
@@ -139,7 +139,7 @@ fn build(
     settings.selection.build(cases, settings.measures[place.measure], work, warn)
 }
 
-/// The calibration of a place, or why there is none.
+/// The calibration at a place, or why there is none.
 pub(super) fn task(pairs: &[Pair], settings: &Settings, place: Place) -> Result<Task, String> {
     let (pair, model) = (&pairs[place.pair], &settings.models[place.model]);
     let drive = pair.drive.as_ref().map_err(Clone::clone)?;
@@ -166,7 +166,7 @@ pub(super) fn case(
         .with_extension_delay(space.extension_delay_upper())
 }
 
-/// Calibrates some places of one model and measure on one evaluator. Once stopped, those that have ended.
+/// Calibrates some places of one model and measure on one evaluator. After a stop, only those that have finished.
 fn together(
     pairs: &[Pair],
     settings: &Settings,
@@ -195,7 +195,7 @@ fn together(
     let exact = || Lanes::new(evaluator.cases().to_vec(), *evaluator.gof(), LanesPrecision::F64);
     let exact = settings.intervals.then(exact).transpose()?;
     for (case, (task, replicate)) in tasks.iter().zip(replicates).enumerate() {
-        // The next process searches interrupted pairs again.
+        // The next process repeats the search of interrupted pairs.
         if stop() {
             break;
         }

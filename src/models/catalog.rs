@@ -1,8 +1,8 @@
 //! The part table and the ninety variants of the paper's Table 1.
 //!
-//! A part is one file of one folder (`src/models/reference/<folder>/<part>.rs`); a row here names it and the parameters it
-//! reads. The tables are macros because two places need the rows: the enums below, and the reference evaluator, which
-//! declares its modules and picks its functions from the same rows. Adding a part is adding its row and its file; so is adding a law.
+//! A part is one file of one folder (`src/models/reference/<folder>/<part>.rs`); a row here names it and the parameters that it reads. The
+//! tables are macros because two places need the rows: the enums below, and the reference evaluator, which declares its modules and selects
+//! its functions from the same rows. To add a part or a law, add its row and its file.
 
 use crate::extension::{Extension, ExtensionConflict, Extensions};
 use crate::symbols::{EXTENSION_PARAMETERS, Symbol};
@@ -123,8 +123,8 @@ pub struct Base {
     pub spacing: Spacing,
 }
 
-/// The base models; only these pairs exist. The five of Table 1 come first, in its order, and a further one behind them, so that
-/// the ids of Table 1 stay.
+/// The base models; only these pairs exist. The five of Table 1 come first, in its order, and others follow, so that the ids of Table 1
+/// stay.
 pub const BASES: &[Base] = &[
     Base { name: "idm", paper: "IDM", controller: Controller::Idm, spacing: Spacing::IdmDesired },
     Base { name: "gipps", paper: "Gipps", controller: Controller::Gipps, spacing: Spacing::Inherent },
@@ -243,7 +243,7 @@ impl Variant {
         (base * Self::PER_BASE + usize::from(self.delay) * 9 + dynamics * 3 + constraint) as u32 + 1
     }
 
-    /// The id as people read it; a dash for a law.
+    /// The id as text; a dash for a law.
     #[must_use]
     pub fn shown_id(&self) -> String {
         match self.id() {
@@ -281,7 +281,7 @@ impl Variant {
         Variant { extensions: Extensions::NONE.with(law), ..Variant::of_base(Base::of_law(law)) }
     }
 
-    /// The law, where the base model is one.
+    /// The law, if the base model is one.
     #[must_use]
     pub fn law(&self) -> Option<&'static Extension> {
         self.extensions.list().first().copied().filter(|first| first.is_law())
@@ -301,7 +301,7 @@ impl Variant {
         }
     }
 
-    /// The same with one more extension.
+    /// The same with another extension.
     ///
     /// # Errors
     /// [`ExtensionConflict`].
@@ -390,7 +390,7 @@ impl fmt::Display for Variant {
 }
 
 impl Variant {
-    /// The variant of a name: an id, or a base model and its parts. Case does not matter. `laws` are base models, too.
+    /// The variant by a name: an id, or a base model and its parts. Case does not matter. `laws` are base models, too.
     ///
     /// # Errors
     /// [`UnknownVariant`].
@@ -439,7 +439,7 @@ impl Variant {
 /// Suffixes of the base model in a name.
 const PARTS: [&str; 5] = ["delay", "linear", "nonlinear", "constant", "mfc"];
 
-/// The base model that looks like a word, or ends with it: `l-cth` for `cth`.
+/// The base model whose name is similar to a word, or ends with it: `l-cth` for `cth`.
 fn nearest_base(word: &str, laws: &[&'static Extension]) -> Option<&'static str> {
     let bases = || BASES.iter().map(|b| b.name).chain(laws.iter().map(|law| law.name.as_str()));
     let ends = |base: &&str| base.rsplit_once('-').is_some_and(|(_, end)| end == word);

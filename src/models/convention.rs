@@ -1,4 +1,4 @@
-//! Where the paper and its authors' program differ: one switch per difference, two presets.
+//! Differences between the paper and its authors' program: one switch per difference, two presets.
 
 use crate::text::spelling::did_you_mean;
 use std::fmt;

@@ -1,7 +1,7 @@
-//! Extensions: parts of a model that no base model has, and laws, which are base models of their own. Each is one WGSL file, built in or the
+//! Extensions: parts of a model that no base model has, and laws, which are separate base models. Each is one WGSL file, built in or the
 //! user's own.
 //!
-//! The parts of an extension that the rest of the program needs; `wgsl` reads them from the text. An extension is read once and kept
+//! The properties of an extension that the rest of the program needs; `wgsl` reads them from the text. An extension is read once and kept
 //! for the life of the program, so that variants and symbols that name it stay plain values.
 
 use crate::symbols::{SearchKind, Symbol};
@@ -51,7 +51,7 @@ pub struct StageFunction {
     pub stage: Stage,
     /// Its arguments, in order.
     pub arguments: Vec<Argument>,
-    /// Members of the struct it returns, value first, if it returns a new state beside the value.
+    /// Members of the struct that it returns, value first, if it returns a new state beside the value.
     pub with_state: Option<[String; 2]>,
 }
 
@@ -77,7 +77,7 @@ pub enum Signal {
     Af,
 }
 
-/// Work of the time loop for an extension beyond calling it.
+/// What the time loop does for an extension besides calling it.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct LoopNeeds {
     /// Position among the extension's parameters of a delay \[s\] by which everything is perceived later.
@@ -97,7 +97,7 @@ impl LoopNeeds {
 /// Description of the cause that an extension represents.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Cause {
-    /// The effect in a driver's words.
+    /// The effect in plain words.
     pub in_short: Option<String>,
     /// Its term in the loop.
     pub equation: Option<String>,
@@ -138,11 +138,11 @@ pub struct Extension {
     pub state: Vec<(String, Initial)>,
     /// Members of `World` that it reads.
     pub reads: Vec<String>,
-    /// Parameters of the model that it reads or changes; its own are not among them. A model without them cannot have it.
+    /// Parameters of the model that it reads or changes, without its own. A model must have all of them.
     pub model_parameters: Vec<Symbol>,
-    /// Work of the time loop for it.
+    /// What the time loop does for it.
     pub needs: LoopNeeds,
-    /// True if it gives the spacing of a constant speed (`NAME_equilibrium`); for a law without, the spacing is searched.
+    /// True if it gives the spacing of a constant speed (`NAME_equilibrium`); for a law without it, leadlag searches for the spacing.
     pub equilibrium: bool,
     /// The cause that it represents; `None` for laws and for the tools of a diagnosis.
     pub cause: Option<Cause>,
@@ -153,7 +153,7 @@ pub struct Extension {
 }
 
 impl Extension {
-    /// True for a base model of its own.
+    /// True for a base model.
     #[must_use]
     pub fn is_law(&self) -> bool {
         self.stages.iter().any(|function| function.stage == Stage::Law)
@@ -289,7 +289,7 @@ impl Extensions {
         Extensions::kept(self.0.iter().copied().filter(|e| e.name != name).collect())
     }
 
-    /// The one list of these extensions.
+    /// The unique list of these extensions.
     fn kept(all: Vec<&'static Extension>) -> Extensions {
         if all.is_empty() {
             return Extensions::NONE;

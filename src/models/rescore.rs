@@ -1,4 +1,4 @@
-//! The number that is reported: in f64, by the reference, or by lanes where a user's law or extension has no second transcription.
+//! The reported number: in f64, by the reference, or by lanes if a user's law or extension has no second transcription.
 
 use crate::catalog::Variant;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Outcome, Population, Score};

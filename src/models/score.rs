@@ -15,8 +15,8 @@ pub enum Signal {
     Acceleration = 2,
 }
 
-/// Measured magnitudes below this (m, m/s, m/s²) make no relative error: the authors' program replaces such speeds
-/// by this value, the paper's convention leaves such samples out of RMSPE.
+/// Measured magnitudes below this (m, m/s, m/s²) have no relative error: the authors' program replaces such speeds by this value, and the
+/// paper's convention leaves such samples out of RMSPE.
 pub const STANDSTILL: f64 = 0.001;
 
 /// The measures of one signal.
@@ -192,7 +192,7 @@ impl Measures {
         ]
     }
 
-    /// The mean of several, as a joint calibration minimises it; `None` of none.
+    /// The mean of several, as a joint calibration minimises it; `None` without any.
     #[must_use]
     pub fn mean(several: &[Measures]) -> Option<Measures> {
         let count = several.len() as f64;
@@ -248,9 +248,8 @@ pub enum Accumulation {
     Floored,
 }
 
-/// How a goodness of fit follows from the sums of a run, one entry per signal:
-/// Σ_i `weight` √(sum `per_count`), each term divided by √(Σ simulated² `per_count`) + `rms_measured` for
-/// [`Accumulation::Theil`]. Evaluators finish scores with it in their own precision.
+/// Coefficients of a goodness of fit in the sums of a run, one entry per signal: Σ_i `weight` √(sum `per_count`), each term divided by √(Σ
+/// simulated² `per_count`) + `rms_measured` for [`Accumulation::Theil`]. Evaluators compute scores with it in their own precision.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Norm {
     /// One over the number of samples in the sum; 0 for a signal that is not compared.
@@ -273,10 +272,10 @@ impl GoodnessOfFit {
         }
     }
 
-    /// How the value follows from the sums, given the measured spacing, speed and acceleration.
+    /// The formula of the value in the sums, given the measured spacing, speed and acceleration.
     #[must_use]
     pub fn norm(&self, measured: &[Measured; 3]) -> Norm {
-        // 1 and not 0 for a signal that is not compared: 0 must not be divided by 0.
+        // 1 and not 0 for a signal that is not compared, to avoid a division of 0 by 0.
         let mut norm = Norm { per_count: [0.0; 3], weight: [0.0; 3], rms_measured: [1.0; 3] };
         for (i, m) in measured.iter().enumerate().filter(|(i, _)| self.weights[*i] != 0.0) {
             let (count, magnitude) = match self.kind {

@@ -76,10 +76,10 @@ pub struct AxisError {
     ahead_samples: usize,
 }
 
-/// The case of a follower, measured at times `t`, whose preceding vehicle is a simulated one. The car ahead of that one is the
-/// measured or simulated one that it drove behind.
+/// The case of a follower, measured at times `t`, behind a simulated preceding vehicle. The car two ahead is the measured or simulated one
+/// that the preceding vehicle drove behind.
 ///
-/// Positions of two pairs are counted from different zeros; the measured start of the shared car gives the difference.
+/// Positions of two pairs have different origins; the measured start of the shared car gives the difference.
 ///
 /// # Errors
 /// [`AxisError`] unless the two share every sample.
@@ -109,7 +109,7 @@ pub fn follow(case: &Case, t: &[f64], ahead: Ahead) -> Result<Case, AxisError> {
 }
 /// A desired speed beyond this multiple of the highest driven speed is probably a mistake.
 const FAR: f64 = 2.0;
-/// No road vehicle desires more \[m/s\]: 252 km/h, the end of the set human.
+/// No road vehicle has a higher desired speed \[m/s\]: 252 km/h, the upper bound of the set human.
 const DESIRED: f64 = 70.0;
 
 /// True if a desired speed is far above the highest one that was driven \[m/s\].

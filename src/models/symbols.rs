@@ -1,9 +1,9 @@
 //! The symbol table: every calibration parameter of the paper's Tables 1 and 3, once.
 //!
-//! The table generates [`Symbol`] (the name) and [`Parameters`] (one named value per symbol), so that a new
-//! parameter is one new row here. Extensions bring rows of their own along.
+//! The table generates [`Symbol`] (the name) and [`Parameters`] (one named value per symbol), so that a new parameter needs only a new row
+//! here. Extensions add their own rows.
 
-/// Most parameters that the extensions of one model may have together.
+/// Largest number of parameters of the extensions of one model.
 pub const EXTENSION_PARAMETERS: usize = 24;
 
 /// Values of the parameters of extensions.
@@ -26,7 +26,7 @@ impl ExtensionValues {
     }
 }
 
-/// A parameter of an extension: a row of the symbol table that a WGSL file brings along.
+/// A parameter of an extension: a row of the symbol table from a WGSL file.
 #[derive(Debug, Clone)]
 pub struct ExtensionParameter {
     /// The extension it belongs to.
@@ -61,7 +61,7 @@ pub enum SearchKind {
     Size,
     /// One size at which a signal is cut off; neutral at its upper bound.
     Limit,
-    /// One step size of a discrete effect, so that no derivative helps.
+    /// One step size of a discrete effect, for which no derivative helps.
     Steps,
     /// From a time on.
     Event,
@@ -84,7 +84,7 @@ pub enum Scale {
     Ratio,
 }
 
-/// Use of an extension's parameter by the program itself, beside passing it on.
+/// Use of an extension's parameter by the program itself, besides passing it on.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Role {
     /// Nothing.
@@ -99,7 +99,7 @@ pub enum Role {
 impl ExtensionParameter {
     /// True for the parameters of events: when they happen, and for how long.
     pub(crate) fn is_time(&self) -> bool {
-        // Bounds of a day or so: the length of a file is not known beforehand.
+        // Bounds of about a day, because the length of a file is not known beforehand.
         self.unit == "s" && !self.neutral.is_finite() && self.upper >= 1e4
     }
 
@@ -128,7 +128,7 @@ pub enum Bounds {
     PerVehicle,
 }
 
-/// Values for which the equations make sense at all, whatever the bounds of a calibration.
+/// Values for which the equations are defined, whatever the bounds of a calibration.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Domain {
     /// > 0
@@ -346,8 +346,8 @@ impl Symbol {
         matches!(self, Symbol::Extension(row) if row.is_time() && row.role == Role::Length)
     }
 
-    /// When an event may begin in data that run from `first` to `last` \[s\]: within its own bounds. Anywhere in the data if nothing of them
-    /// is within, or if their clock begins below 0: own bounds are written for clocks that count from 0.
+    /// Bounds of the start of an event in data from `first` to `last` \[s\]: the data within the event's own bounds. All of the data if
+    /// nothing of them is within, or if their clock begins below 0, because the event's own bounds assume clocks that count from 0.
     #[must_use]
     pub fn begins_within(self, [first, last]: [f64; 2]) -> [f64; 2] {
         match self.bounds() {

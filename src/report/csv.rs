@@ -1,7 +1,7 @@
 //! Tables as CSV: a header line, an empty field for a missing value, numbers in their shortest form that reads back the same.
 //!
-//! Texts are written unchanged, because other tables are joined by them. A spreadsheet that opens the file runs one that begins like a formula:
-//! [`formula`] finds it.
+//! Texts are written unchanged, because other tables are joined by them. A spreadsheet that opens the file runs a text that begins like a
+//! formula: [`formula`] finds it.
 
 use super::html::is_formula;
 use crate::study::table::{Table, Values};

@@ -13,7 +13,7 @@ pub const PALE: &str = "#dddddd";
 /// The paper's numbers.
 pub const PAPER: &str = "#777777";
 
-/// Where a text stands relative to its point.
+/// Position of a text relative to its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Anchor {
     /// It begins there.
@@ -115,7 +115,7 @@ impl Figure {
         ));
     }
 
-    /// A triangle at the upper edge of a plot, with the value that lies beyond it.
+    /// A triangle at the upper edge of a plot, with a value that lies beyond it.
     pub fn beyond(&mut self, [x, y]: [f64; 2], radius: f64, value: &str) {
         let r = radius;
         self.push(format_args!(
@@ -129,7 +129,7 @@ impl Figure {
         self.rising([x + 3.0, y - r - 2.0], 10.0, value);
     }
 
-    /// Shapes drawn within belong together and share this tooltip.
+    /// Shapes drawn in the closure belong together and share this tooltip.
     pub fn told(&mut self, text: &str, draw: impl FnOnce(&mut Figure)) {
         let text = escape(text);
         self.push(format_args!("<g><title>{text}</title>"));

@@ -1,7 +1,7 @@
 //! Results for people and programs: one output format per file.
 //!
-//! A format does not depend on the computation of a result; it gets plain numbers and writes them.
-//! Formats return text and never touch the file system, so that the same result gives the same bytes.
+//! A format does not depend on the computation of a result; it receives plain numbers and writes them. Formats return text and never access
+//! the file system, so that the same result gives the same bytes.
 
 pub mod csv;
 pub mod diagnosis;

@@ -7,11 +7,12 @@ use crate::result::{DataEntry, ResultFile};
 
 /// Width of the classes of speed \[m/s\].
 const CLASS: f64 = 1.0;
-/// Accelerations that decide the driving state are slopes over this many seconds to either side, as in a diagnosis \[s\].
+/// Accelerations that determine the driving state are slopes over this many seconds to either side, as in a diagnosis \[s\].
 const SLOPE_S: f64 = 0.5;
-/// Fewer samples are not enough for a class.
+/// Smallest number of samples of a class.
 const FEWEST: usize = 30;
-/// Times within this are the same \[s\]; so are root mean squares within this share of them, which only the order of a sum changes.
+/// Times within this are the same \[s\]; so are root mean squares within this share of them, because the order of a sum changes them by
+/// less.
 const SAME: f64 = 1e-6;
 
 /// A measured follower with its simulation.
@@ -44,7 +45,7 @@ impl Simulated {
         all
     }
 
-    /// Why the simulation belongs to another drive than the result; none without a sign of that.
+    /// Evidence that the simulation belongs to another drive than the result; none without any.
     #[must_use]
     pub fn other_drive(&self, entry: &DataEntry) -> Option<String> {
         let ends = [self.t.first(), self.t.last()].map(|t| t.copied().unwrap_or(f64::NAN));
@@ -83,8 +84,7 @@ impl Simulated {
     }
 }
 
-/// Why simulations are not those of a result: its error of the spacing differs. None if it is the same, or
-/// the result has none.
+/// Evidence that simulations do not belong to a result: the error of the spacing differs. None if it is the same, or the result has none.
 #[must_use]
 pub fn other_errors(all: &[Simulated], result: &ResultFile) -> Option<String> {
     let expected = result.score.get("rmse_s").copied().flatten()?;
@@ -174,7 +174,7 @@ pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
 mod tests {
     use super::*;
 
-    /// The simulation is 1 m too far behind below 10 m/s, and right above; it ends early at sample 180.
+    /// The simulation is 1 m too far behind below 10 m/s, and correct above; it ends early at sample 180.
     fn made_up() -> Simulated {
         let count = 200;
         let v: Vec<f64> = (0..count).map(|i| 0.1 * i as f64).collect();
@@ -192,7 +192,7 @@ mod tests {
     #[test]
     fn the_budget_says_where_the_error_is() {
         let found = error_budget(&[made_up()]).expect("compared samples");
-        // Samples 20 to 99 of 20 to 179 are 1 m off.
+        // Of samples 20 to 179, 20 to 99 are off by 1 m.
         assert!((found.rms[0] - 0.5_f64.sqrt()).abs() < 1e-12 && found.rms[1] == 0.0, "{:?}", found.rms);
         let shares: Vec<(&str, f64)> = found.speed.iter().map(|share| (share.name.as_str(), share.error[0])).collect();
         assert_eq!(

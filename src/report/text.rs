@@ -96,7 +96,7 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     Ok(())
 }
 
-/// Parameters that change by less than this share are not printed \[-\].
+/// Smallest change of a parameter that is printed, as a share \[-\].
 const CHANGED: f64 = 0.02;
 /// Number of printed parameters, the most changed first.
 const CHANGES: usize = 4;
@@ -226,7 +226,7 @@ pub(super) fn partner(correlation: &CorrelationEntry, name: &str) -> Option<Stri
 /// Columns of the terminal.
 const WIDTH: usize = 80;
 const INDENT: usize = 13;
-/// Most blanks before a continued line: the longest words of a table still fit behind them.
+/// Largest number of blanks before a continued line: the longest words of a table still fit after them.
 const INDENT_MAX: usize = WIDTH - 16;
 
 /// A line wrapped to 80 columns: its first part is indented by `first` blanks, the rest by `rest`. A number stays with its unit.
@@ -262,7 +262,7 @@ fn joined(line: &str) -> String {
     text
 }
 
-/// Where a word may be broken: after a hyphen, but not in an exponent, and never in a flag, which users copy.
+/// Where a word may be broken: after a hyphen, but not in an exponent, and never in a flag, because users copy it.
 fn split_points(word: &str) -> Vec<usize> {
     if word.contains("--") {
         return Vec::new();
@@ -314,7 +314,7 @@ mod tests {
         assert_eq!(split_points("well-known"), [5]);
     }
 
-    /// Names and units come from files, of any length: a line behind a long one was indented by as much, word by word.
+    /// Names and units from files have any length: a line after a long one would otherwise be indented by the same length, word by word.
     #[test]
     fn an_indent_is_no_wider_than_the_terminal() {
         let text = wrapped(0, 40_000, &format!("{} {}", "x".repeat(200), "word ".repeat(1000)));

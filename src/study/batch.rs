@@ -1,8 +1,8 @@
 //! Many calibrations on one evaluator: their concurrent requests become one job table.
 //!
-//! Each calibration runs in a thread of its own and sees an evaluator of its one case, an [`Outpost`]. The evaluator itself stays in
-//! one place, the [`Post`], which waits for the calibrations under way to ask, simulates everything in one go, and answers.
-//! The score of a candidate does not depend on its neighbours, so neither does any result.
+//! Each calibration runs in a separate thread and uses an evaluator of its one case, an [`Outpost`]. The evaluator itself stays in one
+//! place, the [`Post`], which waits for the requests of the running calibrations, simulates everything in one go, and answers. The score of
+//! a candidate does not depend on its neighbours, so neither does any result.
 
 use crate::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score};
 use crate::score::GoodnessOfFit;
@@ -44,7 +44,7 @@ pub struct Outpost {
     answers: [Option<Receiver<Vec<Score>>>; 2],
 }
 
-/// The evaluator: under `auto` it may change on the way.
+/// The evaluator; under `auto` another one may replace it.
 struct Identity {
     name: &'static str,
     precision: &'static str,
@@ -61,7 +61,7 @@ fn lock(identity: &Mutex<Identity>) -> std::sync::MutexGuard<'_, Identity> {
     identity.lock().expect("no thread panics with it")
 }
 
-/// A thread's line to the post; reports the end of the thread.
+/// A thread's connection to the post; reports the end of the thread.
 pub struct Line {
     group: usize,
     to_post: Sender<Message>,
@@ -151,7 +151,7 @@ impl Evaluator for Outpost {
     }
 }
 
-/// The post waits this long for further requests before it serves the others. Breeding a generation takes less.
+/// Time for which the post waits for further requests before it serves the others. Breeding a generation takes less.
 const QUIET: Duration = Duration::from_millis(2);
 /// Interval of progress messages while there is nothing to serve.
 const LONG: Duration = Duration::from_millis(100);
@@ -180,7 +180,7 @@ impl<'a> Post<'a> {
         Post { evaluator, identity, receiver, sender: Some(sender), threads, pending, under_way, groups }
     }
 
-    /// A line for one more thread; all are created before [`Post::serve`].
+    /// A connection for another thread; all are created before [`Post::serve`].
     pub fn line(&mut self) -> Line {
         let total: usize = self.threads.iter().sum();
         let group = total % self.groups;
@@ -220,8 +220,8 @@ impl<'a> Post<'a> {
         }
     }
 
-    /// Waits until every thread of a group has asked or ended. Some may be busy for long, with scores that they compute themselves: after
-    /// a quiet moment, it serves those that have asked. No result depends on which threads are served together.
+    /// Waits until every thread of a group has sent a request or ended. Some may be busy for long, with scores that they compute
+    /// themselves: after a quiet moment, it serves those that have sent one. No result depends on which threads are served together.
     fn fill(&mut self, group: usize, idle: &mut dyn FnMut()) {
         while self.pending[group].len() + self.under_way[group].len() < self.threads[group] {
             let work = self.pending.iter().chain(&self.under_way).any(|requests| !requests.is_empty());

@@ -1,4 +1,4 @@
-//! Claims: which tasks are under way in which process, so that two runs on one folder share the work.
+//! Claims: the tasks that each process works on, so that two runs on one folder share the work.
 //!
 //! A claim is a lock on an empty file. The operating system releases it when the process ends, however it ends, so a claim never
 //! outlives its process. Claims only save work: without locks, a task may be done twice, with the same bytes.
@@ -11,7 +11,7 @@ use std::path::PathBuf;
 #[derive(Debug)]
 pub struct Claim {
     path: PathBuf,
-    /// Held for its lock; `None` where the file system has no locks.
+    /// Open while locked; `None` if the file system has no locks.
     file: Option<File>,
 }
 
@@ -39,12 +39,12 @@ impl Claim {
         is_locked
     }
 
-    /// False if the file system has no locks, so that another process may believe the same.
+    /// False if the file system has no locks, so that another process may have the same claim.
     pub fn is_locked(&self) -> bool {
         self.file.is_some()
     }
 
-    /// Ends a claim whose part is written. The file is removed while it is locked: a process that locks the old one afterwards finds
+    /// Ends a claim after its part is written. The file is removed while it is locked: a process that locks the old one afterwards finds
     /// the part.
     pub fn finish(self) {
         let _ = fs::remove_file(&self.path);
@@ -52,7 +52,7 @@ impl Claim {
     }
 }
 
-/// False where the folder has no locks, so that runs on it do not notice each other. The folder of claims must be there.
+/// False if the folder has no locks, so that runs on it do not notice each other. The folder of claims must exist.
 #[must_use]
 pub fn locks(folder: &Folder) -> bool {
     Claim::work(folder)

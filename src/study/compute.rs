@@ -20,7 +20,7 @@ pub struct Round<'a> {
     pub variant: Variant,
     /// What is minimised.
     pub gof: GoodnessOfFit,
-    /// Every drive of the study as this variant sees it.
+    /// Every drive of the study in the form of this variant.
     pub cases: Vec<Case>,
 }
 

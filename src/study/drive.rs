@@ -25,7 +25,7 @@ pub struct Drive {
     pub vehicle: Option<Vehicle>,
 }
 
-/// A drive as the study's files list it.
+/// A drive in the form of the study's files.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DriveEntry {
     /// Name of the platoon in the plan.
@@ -103,7 +103,7 @@ pub enum DriveError {
         /// The first of them.
         labels: Vec<String>,
     },
-    /// A pattern that no file has.
+    /// No file matches a pattern.
     #[error("platoon {platoon}: expected files {pattern}, found none")]
     NoFile {
         /// The platoon.
@@ -182,7 +182,7 @@ pub fn read(data: &DataPlan) -> Result<(Vec<Drive>, Vec<LeftOut>), DriveError> {
                 for &follower in plan.followers.as_ref().unwrap_or(&all) {
                     match one(data, plan, recording, follower, &vehicles, entry.all) {
                         Ok(mut drive) => {
-                            // Of many pairs it is unknown whether two followers without a name are one.
+                            // For many pairs it is unknown whether two followers without a name are the same.
                             if many && is_nameless(&drive.entry.vehicle) {
                                 drive.entry.vehicle.clone_from(&plan.name);
                             }
@@ -214,7 +214,7 @@ fn recording(data: &DataPlan, plan: &PlatoonPlan) -> Result<Recording, DriveErro
     let own = data.folder.join(given);
     let map = if own.exists() { ColumnMap::find(&own.display().to_string()) } else { ColumnMap::find(given) };
     let mut map = map.map_err(|source| DriveError::Map { platoon: platoon(), source: Box::new(source) })?;
-    // As named in the plan: the place of the folder is not part of a study.
+    // As named in the plan: the location of the folder is not part of a study.
     map.name.clone_from(given);
     read_mapped(&path, &map).map_err(unread)
 }
@@ -259,7 +259,7 @@ fn one(
         smooth: plan.smooth,
         trajectory_id: plan.trajectory.clone(),
         grade,
-        // Only where positions count, which then refer to the front of the car ahead.
+        // Only if positions matter, which then refer to the front of the car ahead.
         lead_length: start.and_then(|_| length(follower)),
         lead_start_m: start,
         ..Preparation::default()

@@ -92,7 +92,7 @@ pub enum StudyError {
         /// What was expected.
         expected: &'static str,
     },
-    /// A plan that is not a copy of a study lies where the copy would be written.
+    /// A plan that is not the copy of a study exists at the path of the copy.
     #[error(
         "{0}: the folder holds another plan, which the study's copy of this one would replace; give another folder with --out, or rename that plan"
     )]
@@ -121,7 +121,7 @@ pub enum StudyError {
         /// This program.
         program: String,
     },
-    /// The system lets this process start no thread.
+    /// The system does not let this process start a thread.
     #[error(
         "cannot start a thread for the calibrations: allow this process more threads or memory (`ulimit -u`, `ulimit -v`)"
     )]

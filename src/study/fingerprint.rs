@@ -3,7 +3,7 @@
 use crate::trajectory::Trajectory;
 use crate::vehicle::Vehicle;
 
-/// SHA-256 of all numbers that a simulation may read, or that decide when it ends. Names and paths are not included.
+/// SHA-256 of all numbers that a simulation may read, or that determine its end. Names and paths are not included.
 pub(crate) fn fingerprint(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> String {
     let mut bytes: Vec<u8> = Vec::new();
     let mut add = |values: &[f64]| {
@@ -11,7 +11,7 @@ pub(crate) fn fingerprint(trajectory: &Trajectory, vehicle: Option<&Vehicle>) ->
         bytes.extend((values.len() as u64).to_le_bytes());
         values.iter().for_each(|x| bytes.extend(x.to_bits().to_le_bytes()));
     };
-    // All fields: a signal that trajectories gain must be hashed, too.
+    // All fields, so that a new signal of trajectories must be hashed, too.
     #[rustfmt::skip]
     let Trajectory {
         label: _, source: _, follower: _, name: _, id: _, notes: _,

@@ -131,7 +131,7 @@ impl Folder {
         write_whole(&copy, plan.as_bytes())?;
         let pretty = serde_json::to_string_pretty(&file).expect("a study is valid JSON") + "\n";
         write_whole(&path.join("study.json"), pretty.as_bytes())?;
-        // Last: without it there is no study, and its checksum reveals one of another plan.
+        // Written last: without it there is no study, and its checksum reveals a list of another plan.
         write_whole(&path.join("tasks.jsonl"), lines.as_bytes())?;
         Ok(folder)
     }
@@ -151,7 +151,7 @@ impl Folder {
         Ok(Folder { path: path.to_owned() })
     }
 
-    /// Creates missing folders of parts, claims and runs: copies of a study lose those that are empty.
+    /// Creates missing folders of parts, claims and runs, because copies of a study lose empty ones.
     ///
     /// # Errors
     /// When one cannot be made.

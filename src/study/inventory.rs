@@ -1,4 +1,4 @@
-//! State of a study: which parts are whole, missing, double, damaged or foreign.
+//! State of a study: complete, missing, duplicate, damaged and foreign parts.
 
 use super::folder::Folder;
 use super::part::Part;

@@ -1,4 +1,4 @@
-//! Work and time of each process, in a file of its own: no result depends on it.
+//! Work and time of each process, in a separate file: no result depends on it.
 
 use super::folder::{Folder, write_whole};
 use super::run::Progress;
@@ -58,19 +58,19 @@ impl<'a> Log<'a> {
             "evaluations": of(&self.progress.evaluations),
             "candidate_steps": of(&self.progress.steps),
         });
-        // A run whose time cannot be recorded is still a run.
+        // A run whose time cannot be recorded still counts.
         let _ = write_whole(&self.path, format!("{content:#}\n").as_bytes());
     }
 }
 
-/// Work of all runs on a folder; of killed ones, the part that they had written down.
+/// Work of all runs on a folder; for killed ones, the part that they had recorded.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct PastRuns {
     /// Number of runs.
     pub runs: usize,
     /// Tasks computed.
     pub tasks: u64,
-    /// Wall time \[s\]; runs at the same time count each.
+    /// Wall time \[s\]; simultaneous runs count separately.
     pub wall_s: f64,
     /// CPU time \[s\].
     pub cpu_s: f64,

@@ -1,4 +1,4 @@
-//! Studies: many trajectories x variants x goodness-of-fit functions x replicates, each winner tried on other trajectories.
+//! Studies: many trajectories x variants x goodness-of-fit functions x replicates, each winner validated on other trajectories.
 //!
 //! ```text
 //!  plan.toml --Plan--> Drives, tasks.jsonl        one task = one calibration with its validation runs
@@ -6,9 +6,8 @@
 //!  parts --merge--> tables                        a pure function of the parts
 //! ```
 //!
-//! Nothing but a finished part counts. A task's id is a hash of all that decides its result, so that a part is right wherever it was
-//! computed, and the merged bytes do not depend on processes, times, order or interruptions.
-//! Files and columns are described in `docs/STUDY.md`.
+//! Only finished parts count. A task's id is a hash of all inputs of its result, so that a part is valid wherever it was computed, and the
+//! merged bytes do not depend on processes, times, order or interruptions. `docs/STUDY.md` describes files and columns.
 
 mod batch;
 mod claim;
@@ -41,7 +40,7 @@ pub use verify::{Verified, drawn, verify};
 
 use crate::calibrate::PROGRAM;
 
-/// Version of the tables, parts and tasks; raised when a column or its meaning changes.
+/// Version of the tables, parts and tasks; raise it when a column or its meaning changes.
 pub const SCHEMA_VERSION: u32 = 1;
 
 /// SHA-256 of bytes, in lower-case hexadecimal.

@@ -96,7 +96,7 @@ pub struct RunRow {
     pub fail_reason: Option<String>,
     /// At which sample.
     pub fail_step: Option<usize>,
-    /// At which time \[s\], as in the file.
+    /// Time of the end \[s\], as in the file.
     pub fail_time_s: Option<f64>,
     /// First scored sample.
     pub first_scored: usize,
@@ -104,7 +104,7 @@ pub struct RunRow {
     pub n_cut_acc: u32,
     /// Steps clipped at the lower acceleration bound.
     pub n_cut_dec: u32,
-    /// The measures in the order of [`crate::score::Measures::NAMES`]; empty after an early end, `None` where one does not exist.
+    /// The measures in the order of [`crate::score::Measures::NAMES`]; empty after an early end, `None` for one that does not exist.
     pub measures: Vec<Option<f64>>,
 }
 

@@ -23,13 +23,13 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Calibrations under way per CPU thread: enough for full blocks, few enough that a power cut costs little.
+/// Number of calibrations under way per CPU thread: enough for full blocks, and few enough that a power failure costs little.
 const PER_THREAD: usize = 8;
-/// Calibrations under way on a device at most: each holds a thread and an open file.
+/// Largest number of calibrations under way on a device: each holds a thread and an open file.
 const ON_A_DEVICE: usize = 512;
-/// How soon a run checks whether tasks of another run are done; the interval doubles each time.
+/// First interval at which a run checks whether tasks of another run are done; it doubles each time.
 const LOOK_AGAIN: Duration = Duration::from_millis(200);
-/// But not less often than this; looking reads all awaited parts, possibly through a network.
+/// Longest interval; a check reads all awaited parts, possibly over a network.
 const SELDOM: Duration = Duration::from_secs(10);
 /// How often a waiting process checks whether to stop.
 const NAP: Duration = Duration::from_millis(100);
@@ -43,14 +43,14 @@ pub struct Assignment<'a> {
     pub study: &'a Study,
     /// All tasks of the study.
     pub tasks: &'a [Task],
-    /// Indices of those that are to be done.
+    /// Indices of the tasks to do.
     pub chosen: &'a [usize],
 }
 
 /// How tasks are run.
 #[derive(Debug, Clone)]
 pub struct RunSettings {
-    /// Calibrations under way at a time; `None`: as many as suit the evaluator.
+    /// Number of calibrations under way at a time; `None`: as suits the evaluator.
     pub in_flight: Option<usize>,
     /// Whether to wait for tasks that other runs work on, and to take over abandoned ones.
     pub wait: bool,
@@ -101,7 +101,7 @@ pub struct Summary {
     pub failed: usize,
     /// Those that other runs computed meanwhile.
     pub by_others: usize,
-    /// The remaining ones, because it was interrupted or did not wait.
+    /// The remaining ones, because the run was interrupted or did not wait.
     pub left: usize,
 }
 
@@ -129,9 +129,8 @@ impl Shared<'_> {
     }
 }
 
-/// Runs the chosen tasks, except those with complete parts. Tasks that another run works on are left to it,
-/// and waited for, unless the settings say otherwise. `interrupted` ends the run early and keeps finished tasks. `tell` is called from
-/// this thread.
+/// Runs the chosen tasks, except those with complete parts. Tasks that another run works on are left to it, and awaited, unless the
+/// settings say otherwise. `interrupted` ends the run early and keeps finished tasks. `tell` is called from this thread.
 ///
 /// # Errors
 /// When a part cannot be written or the evaluator fails; finished parts are kept.
@@ -239,7 +238,7 @@ fn round(
     tell: &mut dyn FnMut(Event),
 ) -> Result<Vec<usize>, StudyError> {
     let mut queue: VecDeque<(usize, Option<Claim>)> = group.iter().map(|&i| (i, None)).collect();
-    // Without a task to begin with, there is no need for an evaluator.
+    // Without a task to start with, no evaluator is needed.
     let free = queue.iter_mut().find_map(|entry| {
         entry.1 = Claim::take(shared.folder, &shared.tasks[entry.0].id);
         entry.1.as_ref().map(|_| ())
@@ -264,7 +263,7 @@ fn round(
     let most = settings.in_flight.unwrap_or(ON_A_DEVICE).min(group.len());
     let work = Work { candidates: most * GaSettings::default().population_size, precision: LanesPrecision::Plain };
     let mut evaluator = selection.build(cases.clone(), gof, work, settings.warn)?;
-    // Each holds a file open, and some systems allow 1024 per process.
+    // Each holds a file open, and some systems allow only 1024 per process.
     let on_cpu = (PER_THREAD * rayon::current_num_threads()).min(ON_A_DEVICE);
     let threads = if evaluator.overlaps() { ON_A_DEVICE } else { on_cpu };
     let threads = settings.in_flight.unwrap_or(threads).clamp(1, group.len());
@@ -321,7 +320,7 @@ fn worker(
             defer(i);
             return;
         }
-        // Between the first look and the claim, another run may have finished it.
+        // Between the first check and the claim, another run may have finished it.
         if is_done(shared.folder, &task.id) {
             shared.by_others.fetch_add(1, Ordering::SeqCst);
             shared.progress.done.fetch_add(1, Ordering::SeqCst);

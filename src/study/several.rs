@@ -30,7 +30,7 @@ pub(super) fn files(folder: &Path, plan: &PlatoonPlan) -> Result<Vec<PathBuf>, D
     Ok(found.into_iter().map(|name| parent.join(name)).collect())
 }
 
-/// The trajectories of an entry's file, each as an entry of its own; the entry itself if it stands for one.
+/// The trajectories of an entry's file, each as a separate entry; the entry itself if it is for one.
 pub(super) fn trajectories(
     plan: &PlatoonPlan,
     file: &Path,

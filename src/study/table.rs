@@ -10,7 +10,7 @@ pub struct Table {
 /// A column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// Its name, with the unit as the last words.
+    /// Its name, which ends with the unit.
     pub name: String,
     /// Its values.
     pub values: Values,

@@ -1,4 +1,4 @@
-//! Tasks: one calibration each, named by a hash of all that decides its result.
+//! Tasks: one calibration each, named by a hash of all inputs of its result.
 
 use super::drive::{self, Drive, DriveEntry, LeftOut};
 use super::plan::{Plan, Validation, overrides_for};
@@ -32,7 +32,7 @@ pub struct Task {
     pub replicate: u64,
 }
 
-/// All that decides the result of a task; the id is a hash of its JSON.
+/// All inputs of a task's result; the id is a hash of its JSON.
 #[derive(Serialize)]
 struct Content<'a> {
     schema_version: u32,
@@ -286,7 +286,7 @@ impl Shard {
         is_one.then_some(Shard { number, count }).ok_or_else(|| NotAShard(format!("{number}/{count}")))
     }
 
-    /// Indices of its tasks: shares differ by one task at most. Each is a range of the tasks, so that one process batches whole variants,
+    /// Indices of its tasks: shares differ by at most one task. Each is a range of the tasks, so that one process batches whole variants,
     /// but in an order of the variants unrelated to Table 1, in which the cost of a task follows a pattern.
     #[must_use]
     pub fn of(self, tasks: &[Task]) -> Vec<usize> {

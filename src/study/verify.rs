@@ -1,4 +1,5 @@
-//! Parts computed again: a checksum distinguishes a torn file from a whole one, but not a number changed together with its checksum.
+//! Parts computed again: a checksum distinguishes a torn file from a complete one, but does not reveal a number that was changed together
+//! with it.
 
 use super::folder::Folder;
 use super::inventory::Inventory;
@@ -11,7 +12,7 @@ use super::{StudyError, inventory, sha256};
 pub struct Verified {
     /// How many.
     pub parts: usize,
-    /// Differing parts: as found, as computed now.
+    /// Differing parts: as found, and as computed now.
     pub differing: Vec<(Part, Part)>,
     /// True if it was interrupted before the last one.
     pub interrupted: bool,
@@ -30,7 +31,7 @@ pub fn drawn(inventory: &Inventory, share: f64, seed: u64) -> Vec<usize> {
     chosen
 }
 
-/// Computes these tasks again, in a temporary folder of the system's, and compares. The computing program of a part may differ.
+/// Computes these tasks again, in a temporary folder of the system, and compares. Another program may have computed a part.
 ///
 /// # Errors
 /// As [`run`], and when no temporary folder can be made.
@@ -42,7 +43,7 @@ pub fn verify(
     interrupted: &(dyn Fn() -> bool + Sync),
     tell: &mut dyn FnMut(Event),
 ) -> Result<Verified, StudyError> {
-    // Removed when dropped. Not within the study, which may be read-only, or be verified by several processes at once.
+    // Removed when dropped. It is outside of the study, which may be read-only, or be verified by several processes at once.
     let place = tempfile::Builder::new().prefix("leadlag-verify-").tempdir();
     let place = place.map_err(StudyError::file(&std::env::temp_dir(), "make a temporary folder"))?;
     let folder = Folder::bare(place.path());

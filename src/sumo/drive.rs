@@ -25,7 +25,7 @@ pub struct Drive {
     pub dt: f64,
     /// Speed of the preceding vehicle \[m/s\].
     pub v_l: Vec<f64>,
-    /// Rear of the preceding vehicle, from the first front of the follower on \[m\].
+    /// Rear of the preceding vehicle, relative to the first position of the follower's front \[m\].
     pub x_l: Vec<f64>,
     /// The measured follower.
     pub measured: Motion,

@@ -10,7 +10,7 @@ use std::path::Path;
 /// Version of the file.
 const SCHEMA_VERSION: u64 = 1;
 
-/// An export to SUMO, as `loss.json` has it.
+/// An export to SUMO, in the form of `loss.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Export {
     /// Version of the file.

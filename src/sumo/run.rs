@@ -15,9 +15,9 @@ use std::time::{Duration, Instant};
 const MARGIN_M: f64 = 2000.0;
 /// Length of the leader \[m\]; only the gap behind it matters.
 const LEADER_M: f64 = 5.0;
-/// No lane and no leader is slower \[m/s\].
+/// Smallest speed limit of a lane and of a leader \[m/s\].
 const FAST_MPS: f64 = 200.0;
-/// SUMO has this long to start.
+/// Time limit for the start of SUMO.
 const START: Duration = Duration::from_secs(30);
 
 /// A SUMO that can be run.

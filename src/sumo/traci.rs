@@ -24,7 +24,7 @@ pub(super) struct Traci {
     stream: TcpStream,
 }
 
-/// An answer, taken apart from its beginning.
+/// An answer, parsed from its start.
 struct Answer {
     bytes: Vec<u8>,
     at: usize,
@@ -40,7 +40,7 @@ impl Traci {
         self.command(STEP, &0f64.to_be_bytes(), "make a step").map(drop)
     }
 
-    /// The speed that a vehicle has after the next step \[m/s\].
+    /// Sets the speed that a vehicle has after the next step \[m/s\].
     pub fn set_speed(&mut self, vehicle: &str, speed: f64) -> Result<(), SumoError> {
         let mut content = variable(SPEED, vehicle);
         content.push(DOUBLE);

@@ -24,8 +24,8 @@ pub enum Model {
 }
 
 impl Model {
-    /// `--step-method.ballistic` for which SUMO has the equations of leadlag: positions by the mean speed of a step, as Eq. 1. With it
-    /// SUMO's Krauss has another safe speed.
+    /// `--step-method.ballistic` for models of SUMO with the equations of leadlag: positions by the mean speed of a step, as in Eq. 1. With
+    /// it, SUMO's Krauss has another safe speed.
     #[must_use]
     pub fn ballistic(self) -> &'static str {
         if self == Model::Krauss { "false" } else { "true" }
@@ -45,10 +45,10 @@ pub struct VehicleType {
     pub added: Vec<String>,
 }
 
-/// Largest accelerations of a type without limits of its own \[m/s²\]: the bounds of Eq. 13, paper, Section 2.2.2.
+/// Largest accelerations of a type without limits \[m/s²\]: the bounds of Eq. 13, paper, Section 2.2.2.
 const UPPER: f64 = 5.0;
 const LOWER: f64 = 7.0;
-/// SUMO brakes no harder, whatever happens \[m/s²\]; its default for cars.
+/// Hardest braking of SUMO \[m/s²\]; its default for cars.
 const EMERGENCY: f64 = 9.0;
 /// SUMO's step, if none is given \[s\].
 const DEFAULT_STEP_S: f64 = 1.0;
@@ -138,7 +138,7 @@ fn acc(calibrated: &CalibratedVariant) -> VehicleType {
         // Speed minus desired speed is multiplied by it, so it is negative.
         ("speedControlGain", (-p(Symbol::k_0)).to_string()),
     ];
-    // The same law in all three of its modes, because Eq. 6 has one.
+    // The same law in all three of its modes, because Eq. 6 has only one.
     for name in ["gapControlGainSpace", "gapClosingControlGainSpace", "collisionAvoidanceGainSpace"] {
         attributes.push((name, k_s.clone()));
     }
@@ -242,7 +242,7 @@ fn lost(variant: &Variant, calibrated: &CalibratedVariant, model: Model) -> Vec<
 }
 
 impl VehicleType {
-    /// Names the step of SUMO for which the type is meant, and its behaviour at SUMO's default; `step_s` is that of the calibration.
+    /// The step of SUMO that the type is meant for, and its behaviour at SUMO's default; `step_s` is that of the calibration.
     pub fn mean_for(&mut self, step_s: f64) {
         let tau = self.attributes.iter().find(|(name, _)| *name == "tau").and_then(|(_, tau)| tau.parse::<f64>().ok());
         let below = match tau {
@@ -327,7 +327,7 @@ fn escaped(text: &str) -> String {
     text.replace('&', "&amp;").replace('<', "&lt;").replace('"', "&quot;")
 }
 
-/// Two hyphens would end a comment; flags lose theirs.
+/// Two hyphens would end a comment, so flags lose theirs.
 fn comment(text: &str) -> String {
     let text = text.replace(" --", " ");
     // Twice, because three of them occur two more times.

@@ -1,4 +1,4 @@
-//! Everything that is done to a file: reading, inspection, preparation in its variants. The fuzz targets call this, too.
+//! All steps on a file: reading, inspection, preparation in its variants. The fuzz targets call this, too.
 #![allow(dead_code, reason = "each fuzz target calls some of it")]
 
 use leadlag::internal::trajectory::import::{ColumnMap, Labels, read_mapped_from};
@@ -53,7 +53,7 @@ pub fn labels(bytes: &[u8]) -> bool {
     })
 }
 
-/// No step may panic, and whatever is prepared must be finite, equally long and free of crashes.
+/// No step may panic, and prepared data must be finite, equally long and free of crashes.
 fn check(recording: &Recording) -> bool {
     let _ = inspect(recording).to_string();
     let plain = Preparation::default();

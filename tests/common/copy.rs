@@ -1,5 +1,5 @@
-//! A copy of the crates that compute, with changes in them, compiled in the same target folder, so that the compiled dependencies are shared. Files are
-//! written only if they differ: a second run compiles nothing.
+//! A copy of the crates that compute, with changes, compiled in the same target folder, so that the compiled dependencies are shared. Files
+//! are written only if they differ: a second run compiles nothing.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -69,8 +69,8 @@ pub fn crates(name: &str, to: &Path, features: &[&str], level: i64, change: &mut
     write(&to.join("src/lib.rs"), FACADE.as_bytes());
 }
 
-/// The manifest above the copied crates: the dependencies and profiles of the original, without its lints. All dependencies are there whatever the
-/// features: a missing one may change how others are compiled, and all are compiled already.
+/// The manifest above the copied crates: the dependencies and profiles of the original, without its lints. All dependencies are listed for
+/// any features: a missing one may change how others are compiled, and all are compiled already.
 fn manifest(original: &str, copy: &str, features: &[&str], level: i64) -> String {
     let mut table: toml::Table = original.parse().expect("Cargo.toml is valid");
     table.retain(|key, _| matches!(key, "workspace" | "profile" | "dependencies" | "dev-dependencies" | "target"));

@@ -17,7 +17,7 @@ pub const BASES: [&str; 5] = ["idm", "gipps", "l-cth", "l-idm", "l-gipps+delay"]
 pub const WHOLE_RUN: f64 = 1e-9;
 pub const WHOLE_RUN_PERIODIC: f64 = 1e-5;
 
-/// A drive with everything that an extension may read; made once, because driving it takes longer than any run over it.
+/// A drive with everything that an extension may read; made once, because it takes longer than any simulation of it.
 static DRIVE: LazyLock<Trajectory> = LazyLock::new(|| {
     let mut trajectory = cars::drive(90.0);
     let count = trajectory.len();

@@ -14,7 +14,7 @@ use leadlag::internal::wgsl::{Precision, Recipe, Source, check, laws};
 const POINTS: usize = 2500;
 /// Largest difference relative to the size of the subtracted terms.
 const TOLERANCE: f64 = 1e-12;
-/// Of the spacing at constant speed: an inverse hyperbolic tangent next to one loses digits.
+/// Of the spacing at constant speed: an inverse hyperbolic tangent of a value close to one loses digits.
 const EQUILIBRIUM: f64 = 1e-9;
 
 /// A law, its states, and the results of the reference.
@@ -39,7 +39,7 @@ struct Point {
     equilibrium: f64,
 }
 
-/// One of the values that matter in half of the draws, else evenly between.
+/// One of the critical values in half of the draws, otherwise uniform between them.
 fn edgy(random: &mut Random, edges: &[f64], [lower, upper]: [f64; 2]) -> f64 {
     if random.next() < 0.5 {
         edges[((random.next() * edges.len() as f64) as usize).min(edges.len() - 1)]
@@ -68,7 +68,7 @@ impl Judge {
             let s = edgy(&mut random, &[0.0005, 0.02, 0.5, 3.0, 8.0, 30.0, 101.0, 118.0, 130.0], [1.0, 140.0]);
             let seen = edgy(&mut random, &[0.0, 0.005, 0.05, 20.0, parameters.v_0, 40.0], [0.0, 36.0]);
             let v = if seen.is_finite() { seen } else { 20.0 };
-            // As fast, or hardly faster or slower.
+            // At the same speed, or slightly faster or slower.
             let v_l = match random.next() {
                 share if share < 0.3 => (v + [0.0, 0.005, -0.005][(share * 10.0) as usize]).max(0.0),
                 _ => edgy(&mut random, &[0.0, 0.005, 15.0], [0.0, 36.0]),
@@ -110,7 +110,7 @@ impl Judge {
         self.law.file == file
     }
 
-    /// Differences with other texts in the place of files.
+    /// Differences with other texts in place of files.
     pub fn verdict(&self, replace: &dyn Fn(&str, &str) -> Option<String>) -> Result<(), String> {
         let variant = Variant::of_law(self.law);
         let (precision, radicand) = (Precision::Plain, Radicand::Measured);
@@ -138,7 +138,7 @@ impl Judge {
             let found = equilibrium.call_f64(&inputs.collect::<Vec<_>>())[0];
             let expected = point.equilibrium;
             let is_near = (found - expected).abs() <= EQUILIBRIUM * expected.abs().max(1.0);
-            // Without an equilibrium both are infinite, or no number.
+            // Without an equilibrium both are infinite or NaN.
             if !(is_near || found == expected || found.is_nan() && expected.is_nan()) {
                 return Err(format!("{name} at {point}: keeps {found} m not {}", point.equilibrium));
             }

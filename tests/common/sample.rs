@@ -1,4 +1,4 @@
-//! The part of the long lists that a run takes: changes that tests must notice, kills after which nothing may be lost, names.
+//! The part of the long lists that a run takes: changes that tests must notice, kills after which no data may be lost, names.
 //!
 //! `LEADLAG_EIGHTH=3` takes every eighth, from the fourth on; without it a run takes all. scripts/test sets it from the commit.
 
@@ -17,7 +17,7 @@ pub fn split<T>(items: Vec<T>) -> (Vec<T>, Vec<T>) {
     [taken, left].map(|part| part.into_iter().map(|(_, item)| item).collect()).into()
 }
 
-/// Number of repetitions in this run of an action that a whole run repeats `count` times.
+/// Number of repetitions in this run of an action that a full run repeats `count` times.
 pub fn times(count: usize) -> usize {
     if eighth().is_some() { count.div_ceil(PARTS) } else { count }
 }

@@ -13,7 +13,7 @@ pub const CONTINUOUS: f64 = 1e-7;
 /// operations differently agree to about 1e-13, and some runs amplify that by three orders of magnitude.
 pub const GOLDEN_MEASURE: f64 = 1e-9;
 
-/// Relative, measures of the few rows in which one such rounding difference tips a switch (a clamp, a minimum) over.
+/// Relative, measures of the few rows in which such a rounding difference changes the branch of a clamp or minimum.
 pub const GOLDEN_CHAOTIC: f64 = 1e-6;
 
 /// Relative: half a unit in the ninth digit, with which the golden trajectories are printed.
@@ -38,11 +38,11 @@ pub const GOLDEN_F32: f64 = 5e-5;
 /// Relative, median over all golden rows in plain f32: rounding errors of f32 (6e-8) add up like a random walk.
 pub const GOLDEN_F32_MEDIAN: f64 = 1e-6;
 
-/// Share of candidates that end alike in f32 and in f64: those that graze a crash may tip over.
+/// Share of candidates that end alike in f32 and in f64: those that nearly crash may differ.
 pub const SAME_STATUS: f64 = 0.995;
 
-/// The same where a driver fuses products with sums, as hardware does: others tip over (golden rows on an NVIDIA H200: 31 of 5760; in f32
-/// without fusing 25).
+/// The same if a driver fuses products with sums, as hardware does: other candidates differ (golden rows on an NVIDIA H200: 31 of 5760; in
+/// f32 without fusing 25).
 pub const SAME_STATUS_FUSED: f64 = 0.99;
 
 /// Sine of the grade, look-up in a table of lines against interpolation between nodes: both are f64, but a line is anchored at another
@@ -61,8 +61,8 @@ pub const GPU_ILL_CONDITIONED: f64 = 1e-5;
 /// state and as a difference of positions of up to 6 km, whose last bit is 1e-12 m.
 pub const WHOLE_RUN: f64 = 1e-9;
 
-/// Where a run amplifies rounding differences, by how much: the change of the reference when its own parameters move by
-/// [`NUDGE`], times [`AMPLIFIED`]. For a linear controller with gains of 5/s² and no lag no smaller value is possible.
+/// Factor by which a run amplifies rounding differences: the change of the reference when its own parameters move by [`NUDGE`], times
+/// [`AMPLIFIED`]. For a linear controller with gains of 5/s² and no lag, no smaller value is possible.
 pub const NUDGE: f64 = 1e-13;
 
 /// See [`NUDGE`]; a run of 9000 steps makes ten thousands of roundings of 1e-16, and four nudges do not find the worst.
@@ -72,7 +72,8 @@ pub const AMPLIFIED: f64 = 1000.0;
 /// large numbers cancel, the last bits of the arguments decide, and the two texts order their operations differently.
 pub const PART: f64 = 1e-12;
 
-/// Relative, the same for the candidates whose run amplifies a rounding difference, or in which one tips a switch over.
+/// Relative, the same for the candidates whose run amplifies a rounding difference, or in which one changes the branch of a clamp or
+/// minimum.
 pub const WHOLE_RUN_SENSITIVE: f64 = 1e-3;
 
 /// Condition number up to which a score tests an evaluator: a candidate above it turns the roundings of its own
@@ -92,7 +93,7 @@ pub const LARGEST_EXCEPTION: f64 = 3e-4;
 /// Relative change of the parameters within which a candidate that ends otherwise in f32 does so in f64 too.
 pub const DISTANCE_TO_BOUNDARY: f64 = 1e-5;
 
-/// Difference of spacings \[m\] by which a run in f64 leaves another in f64 that is chaotic: rounding has grown by fourteen decades.
+/// Difference of spacings \[m\] at which two runs in f64 count as chaotic: rounding has grown by fourteen decades.
 pub const CHAOTIC: f64 = 0.1;
 
 /// s \[m\] (times s / 100 m beyond 100 m), v \[m/s\], a \[m/s²\] of f32 one step from a state of the reference: the last bit of 100 m
@@ -115,13 +116,13 @@ pub const UNSTABLE_SHARE: f64 = 0.05;
 /// Condition number up to which two programs in f64 have to agree on a whole run within [`WHOLE_RUN`].
 pub const CONDITIONED_IN_F64: f64 = 100.0;
 
-/// Share of these that do. Not 1: K tries sixteen changes of the parameters, and does not see a controller that swings from step to step,
-/// in which the roundings of 9000 steps grow.
+/// Share of these that do. Not 1: K tries sixteen changes of the parameters, and does not detect a controller that oscillates from step to
+/// step, in which the roundings of 9000 steps grow.
 pub const SAME_IN_F64: f64 = 0.995;
 
-/// Relative, optimum of a calibration by L-SHADE scored in f64: it ends where its candidates are nearly one, by scores of which f32 rounds 1e-6
-/// away, and on the flat ground of L-CTH that leaves half of this.
+/// Relative, optimum of a calibration by L-SHADE scored in f64: the search ends when its candidates nearly coincide, by scores that f32
+/// rounds by 1e-6, and the flat surface of L-CTH leaves half of this.
 pub const SAME_OPTIMUM: f64 = 1e-4;
 
-/// Sine of the grade, table whose nodes were thinned: the error that thinning allows itself, once on either side.
+/// Sine of the grade, table with thinned nodes: the error that thinning allows, once on either side.
 pub const THINNED: f64 = 2e-6;

@@ -11,7 +11,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// A case that was named so; its parameters are off by `off`.
+/// A case with this name; its parameters are off by `off`.
 fn outcome(task: &DiagnosisTask, adopted: &[String], off: f64) -> DiagnosisOutcome {
     let names = || adopted.iter().map(|cause| format!("{cause}.size"));
     DiagnosisOutcome {
@@ -37,7 +37,7 @@ fn outcome(task: &DiagnosisTask, adopted: &[String], off: f64) -> DiagnosisOutco
     }
 }
 
-/// A journal in which every effect is named as planted, but for the first two single effects: one silent, one wrong.
+/// A journal in which every effect is named as planted except the first two single effects: one has no name, one a wrong name.
 fn journal(folder: &Path) -> usize {
     let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES).expect("few cases");
     let singles: Vec<&DiagnosisTask> = tasks.iter().filter(|task| task.kind == "one").collect();
@@ -76,7 +76,7 @@ fn a_page_gets_tables_and_pictures() {
     for part in [
         format!("`leadlag bench diagnosis --seed 1`: all {count} cases."),
         format!("| wrong name, one effect of any size | 1 of {singles} |"),
-        format!("in {} of ", text_of_close(&output)),
+        format!("named right, {} of ", text_of_close(&output)),
         "![Planted effects, and their names](images/diagnosis_names.svg)".to_owned(),
         "| one effect, named right | 0.03 m/s | 0.1 m/s |".to_owned(),
         format!("| all bases | {silent} | 0.25 | 0.25 | 0.25 |"),
@@ -90,7 +90,7 @@ fn a_page_gets_tables_and_pictures() {
     }
     let names = std::fs::read_to_string(folder.path().join("images/diagnosis_names.svg")).expect("a picture");
     assert!(names.contains(">gain_mass</text>") && names.contains(">no name</text>"), "{names}");
-    // Twice the same, except for the date in the first line.
+    // Two equal pages, except for the date in the first line.
     assert!(bench(folder.path(), &["--page", "page.md"]).status.success());
     let again = std::fs::read_to_string(&page).expect("a page");
     let tables = |text: &str| text.lines().filter(|line| line.starts_with('|')).map(str::to_owned).collect::<Vec<_>>();

@@ -69,7 +69,7 @@ fn units_that_contradict_each_other_are_told_before_any_size() {
         let text = String::from_utf8(output.stdout).expect("UTF-8");
         assert_eq!(output.status.code(), Some(7), "{text}");
         let (units, sizes) = (text.find("UNITS: the gap changes"), text.find("SPEED_SCALE"));
-        // A wrong unit explains whatever size is off.
+        // A wrong unit explains every wrong size.
         assert!(units.is_some() && sizes.is_none(), "{text}");
         let text = ok(&["diagnose", &faulty, "--base", "idm", "--effort", "quick"]);
         let (first, verdict) = (text.find("THE DATA FIRST. The units"), text.find("Tentative verdict: "));
@@ -117,8 +117,8 @@ fn wrong_usage_is_said() {
     assert!(code != 0 && message.contains("mine.wgsl"), "{message}");
 }
 
-/// The diagnosis finds the hidden effect in one drive of `synth`. Sensors of millimetres make a rugged likelihood, and a base takes a
-/// change this large for a missing acceleration of 0.2 m/s² over minutes: searches from there alone have missed each of these.
+/// The diagnosis finds the hidden effect in one drive of `synth`. Sensors accurate to millimetres make the likelihood rugged, and a base
+/// explains a change this large by a missing acceleration of 0.2 m/s² over minutes. Searches from there alone miss each of these effects.
 #[test]
 fn large_effects_are_found_with_precise_sensors() {
     let folder = scratch("diagnose_cli", "precise");
@@ -142,7 +142,7 @@ fn large_effects_are_found_with_precise_sensors() {
     assert!((w - 1.34).abs() < 0.013, "{w}");
 }
 
-/// An IDM car under Gipps' law: no cause passes, and still Gipps' law is not enough.
+/// An IDM car with Gipps' law as the base: no cause passes, and the verdict still reports that Gipps' law is not enough.
 #[test]
 fn a_car_of_another_law_is_not_called_nothing() {
     let folder = scratch("diagnose_cli", "other_law");
@@ -191,7 +191,7 @@ fn a_diagnosis_has_the_fields_of_its_contract() {
     let codes = [("named", 0), ("nothing", 3), ("ambiguous", 4), ("unexplained", 5), ("not_testable", 6)];
     let code = codes.iter().find(|(name, _)| *name == verdict).expect("a verdict of the contract").1;
     assert_eq!(output.status.code(), Some(code));
-    // A lag of 0.8 s is found, be it with a relative as likely: there is a cause to look at.
+    // A lag of 0.8 s is found, alone or with an equally likely relative.
     let causes = json["causes"].as_array().expect("a list");
     assert!(["named", "ambiguous"].contains(&verdict) && !causes.is_empty(), "{verdict}: {causes:?}");
     for cause in causes {
@@ -213,7 +213,7 @@ fn a_diagnosis_has_the_fields_of_its_contract() {
     for name in ["simulation_1.svg", "simulation_2.svg", "missing_acceleration.svg", "race.svg"] {
         assert!(fs::read_to_string(Path::new(out).join(name)).expect(name).contains("</svg>"), "{name}");
     }
-    // The report needs nothing but itself, and carries the whole result.
+    // The report needs no other file and contains the whole result.
     let page = Path::new(out).join("report.html");
     ok(&["report", out, "-o", page.to_str().expect("UTF-8")]);
     let html = fs::read_to_string(page).expect("written");

@@ -104,7 +104,7 @@ fn a_speed_scale_is_found_and_the_car_named() {
             assert_eq!((finding.car, found.len()), (car, 1), "{found:?}");
             sized(finding, planted);
         }
-        // Too small for the changes of the gap to show the car, yet plain in the drift.
+        // Too small to show in the changes of the gap, but plain in the drift.
         recording.platoons[0].cars = before.platoons[0].cars.clone();
         recording.platoons[0].cars[0].v.iter_mut().for_each(|v| *v *= 1.0005);
         let found = findings(&recording, 1);
@@ -112,7 +112,7 @@ fn a_speed_scale_is_found_and_the_car_named() {
     }
 }
 
-/// A link of each of fifty drives, with a scale on the leader, the follower and both: large ones, too.
+/// One pair in each of fifty drives, with a small or large scale on the leader, the follower or both.
 #[test]
 fn the_interval_of_a_scale_holds_the_planted_one() {
     const DRIVES: usize = 50;
@@ -231,7 +231,7 @@ fn a_lower_rate_is_found() {
             assert_eq!(finding.car, Who::Leader);
             sized(finding, 10.0 / n as f64);
             let others: Vec<_> = found.iter().filter(|f| f.kind != FindingKind::Resampled).collect();
-            // A held value is late by half of its time; another reported delay must be that.
+            // A held value is late by half of its hold time; any other reported delay must be that one.
             assert!(others.iter().all(|f| !lines && f.kind == FindingKind::ClockOffset), "{n} {lines}: {others:?}");
         }
     }
@@ -299,7 +299,7 @@ fn the_real_files_say_what_is_known_of_them() {
     // Data README, Section 3.2: smoothed twice over 51 points, and consistent to rounding.
     let processed = findings(&read("astazero_c2art/ASta_040719_platoon8.csv"), 1);
     assert!(processed.len() == 3 && processed.iter().all(|f| f.kind == FindingKind::Smoothed), "{processed:?}");
-    // The Tesla's Doppler speed is a little low in every platoon, next to every car.
+    // The Tesla's Doppler speed is slightly low in every platoon, whichever car is beside it.
     for (file, follower) in [("platoon7", 1), ("platoon8", 1), ("platoon9", 1)] {
         let found = findings(&read(&format!("astazero_rebuilt/ASta_040719_{file}.csv")), follower);
         let scale = the(&found, FindingKind::SpeedScale);

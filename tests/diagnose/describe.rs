@@ -1,4 +1,4 @@
-//! The description of an error: its budget and its profiles, on made-up series whose answer is known.
+//! The description of an error: its breakdown and its profiles, on synthetic series with a known answer.
 
 use leadlag::internal::diagnose::describe::covariates::Covariates;
 use leadlag::internal::diagnose::describe::error_breakdown::{Errors, Regime, budget};
@@ -22,7 +22,7 @@ fn noise(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// A drive of 900 s on a lap of 2 km: the speed swings slowly, the grade repeats with the place.
+/// A drive of 900 s on a lap of 2 km: the speed oscillates slowly, and the grade repeats with the place.
 fn scene(seed: u64) -> Covariates {
     let mut random = noise(seed);
     let phase = 3.0 * random();
@@ -177,12 +177,12 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
                  --grade a/long/way/to/Slope.csv --lead-start 12.5 --out out\n";
     let (_, rest) = said.split_once("To calibrate").expect("a way on");
     assert!(format!("To calibrate{rest}").starts_with(typed), "{rest}");
-    // Files of their own are held back: nothing is cut.
+    // Separate files are held back, so no file is cut.
     let said = diagnosis(&outcome, &Beside::default());
     assert!(said.contains("a.csv [train] follower 1, 0.0 to 120.0 s\n") && !said.contains("To calibrate"), "{said}");
 }
 
-/// A diagnosis of IDM with delay in which nothing is named, with these fields instead.
+/// A diagnosis of IDM with delay and no name, with these fields replaced.
 fn outcome(fields: serde_json::Value) -> Outcome {
     let parameter =
         serde_json::json!({"name": "v_0", "value": 60.0, "unit": "m/s", "interval": null, "at_bound": true});
@@ -215,7 +215,7 @@ fn a_base_that_crashes_and_a_likelier_one_are_told_in_text_and_page() {
         "left_over": [{"kind": "family", "where": "l-idm", "size": 356.3}]
     }));
     let [text, page] = said(&outcome);
-    let crash = "a.csv follower 1: the base model runs into the car ahead at t = 2.9 s (all errors end there)";
+    let crash = "a.csv follower 1: the base model collides with the car ahead at t = 2.9 s (all errors end there)";
     let (_, second) = text.split_once("2. What is wrong, and where?").expect("section 2");
     assert!(second.contains(crash) && page.matches(crash).count() == 1, "{text}");
     let next = "Next: the same command with --base l-idm+delay";
@@ -223,9 +223,9 @@ fn a_base_that_crashes_and_a_likelier_one_are_told_in_text_and_page() {
     assert!(text.contains("agree within 0 m/s"), "{text}");
     // The page marks the same values at their bound as the terminal.
     assert!(text.contains("at its bound") && page.contains("<td>at its bound</td>"), "{text}");
-    // No crash, no words about one, and no key.
+    // Without a crash, no message about one and no key.
     let [_, page] = said(&self::outcome(serde_json::json!({})));
-    assert!(!page.contains("runs into the car ahead") && !page.contains("broken_off"));
+    assert!(!page.contains("collides with the car ahead") && !page.contains("broken_off"));
 }
 
 /// The verdict comes first and whole drives second, in the terminal and on the page alike.
@@ -249,7 +249,7 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
     });
     let named = "idm+delay lacks dead_zone (small errors of the gap are not corrected).";
     let once = "idm+delay lacks headway_mode_change (another gap setting was chosen).";
-    let falls = "On the data held back the error with it is 7 % smaller (95 %: 1 to 13 % smaller).";
+    let falls = "On the held-back data, the error with it is 7 % smaller (95 %: 1 to 13 % smaller).";
     for (name, closed_loop, recommended, sentences) in [
         ("dead_zone", &tested, None, [named, "Whole drives do not confirm it: do not use it yet.", falls]),
         ("dead_zone", &untested, None, [named, "Whole drives could not test it: the drives have 32 bins.", falls]),
@@ -310,9 +310,9 @@ fn without_a_name_the_text_says_what_the_drives_could_have_shown() {
         |minutes: Option<f64>| serde_json::json!({"gain": 0.062, "causes": ["dead_zone", "grade"], "minutes": minutes});
     let tested = serde_json::json!({"bins": 120, "parts": [4, 4], "policy": {}, "trials": []});
     let found = |minutes| said(&outcome(serde_json::json!({ "power": power(minutes), "closed_loop": tested })));
-    let first = "A gain of 6 % at 15 s would have been found with a probability of 80 %.";
+    let first = "These drives would have shown a gain of 6 % at 15 s with a probability of 80 %.";
     let then = "About 35 more minutes of such driving would decide on dead_zone with grade.";
-    // Ten times as much driving as was given is no advice.
+    // Ten times the given driving time is not useful advice.
     for (minutes, is_told) in [(Some(35.2), true), (None, false), (Some(900.0), false)] {
         for words in found(minutes) {
             assert!(words.contains(first) && words.contains(then) == is_told, "{words}");
@@ -332,18 +332,19 @@ fn the_base_on_what_is_held_back_is_always_told() {
     assert!(text.contains("b.csv follower 1 5.250 m 0.750 m/s 0.500 m/s² 0.7500"), "{text}");
     assert!(text.contains("recommended model 2.625 m 0.375 m/s 0.250 m/s² 0.3750"), "{text}");
     assert!(text.contains("c.csv follower 1 NaN m") && text.contains("NaN: the simulation ends early."), "{text}");
-    assert!(page.contains("Errors where the fits left data out") && page.contains(">5.25<"), "{page}");
+    assert!(page.contains("Errors on data left out of the fits") && page.contains(">5.25<"), "{page}");
     assert!(page.contains("<td>recommended</td>") && page.contains(">2.625<"), "{page}");
     let [text, page] = said(&outcome(serde_json::json!({})));
-    assert!(!text.contains("left data out") && !page.contains("left data out"));
+    assert!(!text.contains("left out of the fits") && !page.contains("left out of the fits"));
 }
 
-/// Where nothing is found, the text says what was not tried and how much remains unexplained.
+/// If no cause is found, the text lists the causes that were not tried and the unexplained acceleration.
 #[test]
 fn nothing_found_says_what_was_not_tried_and_what_is_left() {
     let untried =
         serde_json::json!([{"name": "grade", "reason": "needs the road grade", "remedy": "give --grade FILE"}]);
-    let first = "No cause that idm+delay lacks was found. It leaves an acceleration of 0.10 m/s² unexplained, 1 s at a time. \
+    let first = "No cause was found that idm+delay lacks. An acceleration of 0.10 m/s² with a time constant of 1 s \
+                 remains unexplained. \
                  Not tried: grade (needs the road grade).";
     let [text, page] = said(&outcome(serde_json::json!({ "not_tried": untried })));
     assert!(text.starts_with(&format!("In short {first}")) && page.contains(first), "{text}");
@@ -357,7 +358,7 @@ fn data_that_contradict_themselves_come_before_the_verdict() {
         serde_json::json!([{"name": "inconsistent", "car": "both", "signal": "gap", "value": 62.0, "unit": unit, "interval": null,
             "file": "a.csv", "when_s": [], "sentence": "the gap jumps", "correction": null}])
     };
-    let nothing = "NOTHING: these drives show no error of the model no cause passes";
+    let nothing = "NOTHING: these drives show no missing cause no cause passes";
     for (fields, first) in [
         (serde_json::json!({ "data": data }), Some("The units of the data contradict each other (section 1)")),
         (
@@ -376,7 +377,7 @@ fn data_that_contradict_themselves_come_before_the_verdict() {
             assert!(text.contains(nothing) && !text.contains("DATA FIRST"), "{text}");
             let (_, lead) = page.split_once("<p class=\"verdict").expect("a verdict");
             assert!(
-                lead.split("</p>").next().is_some_and(|lead| lead.contains("No cause that idm+delay lacks was found."))
+                lead.split("</p>").next().is_some_and(|lead| lead.contains("No cause was found that idm+delay lacks."))
             );
             continue;
         };
@@ -406,7 +407,7 @@ fn only_neighbouring_classes_are_joined_by_a_line() {
     let (whole, split) = (drawn(&[0, 1, 2, 3]), drawn(&[0, 1, 5, 6, 9]));
     assert_eq!((whole.0, split.0), (1, 2), "a line for each stretch of neighbours, none for a class that has none");
     assert_eq!(split.1 - whole.1, 1, "a point for each class");
-    // Classes that the profiles number: a lap of which a part was never driven.
+    // The profiles number the classes of a lap, a part of which was never driven.
     let mut gap = scene(3);
     let d: Vec<f64> = gap
         .place

@@ -1,7 +1,7 @@
-//! Effects hidden in synthetic drives are named, drives without an effect name none.
+//! Effects hidden in synthetic drives are named; drives without an effect have no name.
 //!
-//! The plant makes the truth and shares no code with the diagnosis. Seeds are fixed and were not used for tuning, unless stated;
-//! `leadlag bench diagnosis` is the same with any number of cases.
+//! The plant generates the truth and shares no code with the diagnosis. Seeds are fixed and were not used for tuning, unless stated;
+//! `leadlag bench diagnosis` runs the same with any number of cases.
 
 use crate::common;
 use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, infer_task, judge, planted};
@@ -12,7 +12,7 @@ use leadlag::internal::trajectory::{Preparation, import, prepare};
 use leadlag::internal::wgsl::library;
 use std::ops::ControlFlow;
 
-/// Share by which an estimate may be off, and standard errors; the larger of the two counts.
+/// Allowed relative error of an estimate, and allowed number of standard errors; the larger limit counts.
 const WITHIN: f64 = 0.10;
 const ERRORS: f64 = 3.0;
 
@@ -78,8 +78,8 @@ fn silent(kind: &str, base: &str, causes: &[&str], gusts: f64, seed: u64) {
     assert!(outcome.adopted.is_empty(), "{}", told(&outcome));
 }
 
-/// On IDM, tests/program/report.rs finds one by the demo. Its gain is left out: no training drive accelerates freely, so that v_0 (24.9 m/s
-/// instead of 31.6) and a_max stay open, on which the hold-out depends more than on the grade.
+/// On IDM, tests/program/report.rs finds one in the demo. Its gain is left out: no training drive accelerates freely, so v_0 (24.9 m/s
+/// instead of 31.6) and a_max stay undetermined, and the hold-out depends more on these than on the grade.
 #[test]
 fn a_grade_that_is_not_made_up_for() {
     sized(&task("one", "gipps", &["grade"], 0.0, 9101));
@@ -164,8 +164,8 @@ fn another_law_is_not_papered_over() {
     }
 }
 
-/// A sensor without a sign reads the absolute value of its noise while a car stands. This gave a dead zone 19 nats on this seed (16 needed), as
-/// if the car tolerated an error of its place.
+/// A sensor without a sign reads the absolute value of its noise while a car stands. On this seed, that gave a dead zone 19 nats (16
+/// needed), as if the car tolerated an error of its position.
 #[test]
 fn a_standing_car_has_no_dead_zone() {
     let task = task("none", "gipps", &[], 0.05, 6_174_270);
@@ -175,7 +175,8 @@ fn a_standing_car_has_no_dead_zone() {
     assert!(dead_zone.2[0].is_some_and(|gain| gain < 3.0), "{dead_zone:?}");
 }
 
-/// Noise of 2 cm/s that lasts for a second makes an answer to the car two ahead worth 38 nats, 25 needed without it; this seed showed it.
+/// Noise of 2 cm/s that lasts for a second gives a reaction to the car two ahead 38 nats, of which 25 would be needed without it; this seed
+/// shows it.
 #[test]
 fn nothing_in_noise_that_lasts() {
     let task = task("coloured", "l-cth", &[], 0.0, 5_851_181);
@@ -189,15 +190,15 @@ fn both(base: &str, causes: &[&str], gusts: f64, seed: u64) {
     assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
 }
 
-/// 2178 nats that a search did not see: with a base that is off by a little, steps of the right size are worse than none. Once they are
-/// found a limited jerk seems to smooth them over two samples, which is the model's own coarse step and no name.
+/// 2178 nats that a search missed: with a base that is slightly off, steps of the right size are worse than none. Once they are found, a
+/// limited jerk seems to smooth them over two samples; that is the coarse step of the model, and not a cause.
 #[test]
 fn steps_of_the_command() {
     sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "idm", &["quantised_accel"], 0.0, 4_471_039) });
 }
 
-/// A heavier car, of which a calibration has nearly everything, is likelier by a hundred nats than a headway that depends on speed,
-/// which must then not be named in its place; this seed showed it.
+/// A calibration absorbs most of a heavier car, which is still a hundred nats likelier than a headway that depends on speed. That headway
+/// must not be named in its place; this seed shows it.
 #[test]
 fn what_is_less_likely_than_something_absorbed_is_not_named() {
     let heavy = task("absorbed", "gipps", &["gain_mass"], 0.0, 8_086_282);
@@ -206,9 +207,9 @@ fn what_is_less_likely_than_something_absorbed_is_not_named() {
     assert!(outcome.not_testable.contains(&"gain_mass".to_owned()), "{}", told(&outcome));
 }
 
-/// The long version (`cargo test --test diagnose hidden_effect:: -- --ignored`): more causes, in fifteen minutes of driving each, and pairs that
-/// searches and thresholds of before did not find. The share of the gain is left out: `quick` calibrates with 4000 evaluations, which
-/// for integral action on Gipps brings 41 % of it.
+/// The long version (`cargo test --test diagnose hidden_effect:: -- --ignored`): more causes, in fifteen minutes of driving each, and
+/// difficult pairs. It does not check the share of the gain: `quick` calibrates with 4000 evaluations, which for integral action on Gipps
+/// gives 41 % of it.
 mod in_fifteen_minutes {
     use super::*;
 
@@ -271,8 +272,7 @@ mod in_fifteen_minutes {
     }
 }
 
-/// 2143 nats on which the hold-out was silent: there, too, the base has to be found without derivatives. (Steps were called 0.446 m/s2
-/// then, because no part of a time step was between two of them.)
+/// 2143 nats that the hold-out does not show unless its base, too, is searched without derivatives.
 #[test]
 #[ignore = "a minute"]
 fn steps_of_the_command_that_carry_over() {
@@ -294,8 +294,8 @@ fn a_headway_that_another_law_has() {
     sized(&DiagnosisTask { duration_s: 900.0, ..task("one", "l-cth", &["speed_dep_headway"], 0.0, 4_471_125) });
 }
 
-/// Half a minute behind a lower set speed, with a long way to catch up: calibrated with it the base has its gain on the bound, and from
-/// there a search sees 284 of 2050 nats.
+/// Half a minute with a lower set speed, and a long way to catch up: a calibration with this stretch puts a gain of the base on its bound,
+/// and from there a search finds 284 of 2050 nats.
 #[test]
 #[ignore = "half a minute"]
 fn a_stretch_that_spoils_the_base() {
@@ -303,28 +303,28 @@ fn a_stretch_that_spoils_the_base() {
     sized(&DiagnosisTask { duration_s: 900.0, rms_mps: 0.03, ..spoilt });
 }
 
-/// The integral has a gain of 3e-5: 354 nats beside the headway, and a search that begins at larger gains does not see it.
+/// The integral has a gain of 3e-5: 354 nats beside the headway, which a search from larger gains misses.
 #[test]
 #[ignore = "a minute"]
 fn two_of_which_one_is_slow() {
     both("idm", &["speed_dep_headway", "integral_action"], 0.0, 2_718_089);
 }
 
-/// A limit of the power has 39 nats beside a dead zone of 311: a share that no first cause leaves behind.
+/// A power limit has 39 nats beside a dead zone of 311: more than a first cause leaves behind.
 #[test]
 #[ignore = "a minute"]
 fn two_of_which_one_is_small() {
     both("gipps", &["dead_zone", "power_cap"], 0.05, 1_122_289);
 }
 
-/// A change of the headway in the first seconds replaces the drag and the dead zone until both are found, and is not needed then.
+/// A change of the headway in the first seconds replaces the drag and the dead zone until both are found, and is superfluous then.
 #[test]
 #[ignore = "a minute"]
 fn two_without_what_stood_in_for_them() {
     both("gipps", &["aero_drag", "dead_zone"], 0.0, 9_587_289);
 }
 
-/// Answer of the closed loop to a planted task; all three drives are given, none is held out.
+/// Answer of the race to a planted task; all three drives are given, and none is held out.
 fn closed_loop(task: &DiagnosisTask) -> (Answer, Vec<Vec<String>>) {
     let planted = planted(task).expect("drivable");
     let drives: Vec<Drive> = planted.train.into_iter().chain(planted.holdout).collect();
@@ -344,7 +344,7 @@ fn recommended(answer: &Answer) -> Vec<&str> {
     answer.recommended().iter().map(|cause| cause.name.as_str()).collect()
 }
 
-/// Long enough for the bins that a test needs.
+/// A task long enough for the required number of bins.
 fn long(kind: &str, base: &str, causes: &[&str], gusts: f64, seed: u64) -> DiagnosisTask {
     DiagnosisTask { duration_s: 420.0, ..task(kind, base, causes, gusts, seed) }
 }
@@ -362,7 +362,7 @@ fn in_the_race_a_lag_is_named_by_its_family_and_recommended() {
     assert!(families.contains(&"phase"), "{families:?} of {passing:?}");
 }
 
-/// Without gusts the finer steps of the car are all that a model lacks: a lag with a reaction to the car ahead compensates for them.
+/// Without gusts, a model lacks only the finer steps of the car: a lag with a reaction to the car ahead compensates for them.
 #[test]
 fn in_the_race_nothing_is_named_where_nothing_is_hidden() {
     for (base, gusts, seed) in [("l-idm", 0.0, 8_807_293), ("idm", 0.05, 4204)] {
@@ -381,7 +381,7 @@ fn in_the_race_short_drives_are_reported_as_too_short() {
     assert!(why.contains("bins of 10 s") && passing.is_empty() && recommended(&answer).is_empty(), "{why}");
 }
 
-/// The Tesla of the AstaZero platoons answers about a second late, and looks at the acceleration of the car ahead.
+/// The Tesla of the AstaZero platoons reacts about a second late, and uses the acceleration of the car ahead.
 #[test]
 fn in_the_race_the_tesla_is_late() {
     let Some(shared) = common::shared("in_the_race_the_tesla_is_late") else { return };

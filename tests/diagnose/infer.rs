@@ -60,7 +60,7 @@ fn the_same_for_any_number_of_threads() {
     assert!(one.extended.parameters.get(one.adopted[0].extension.parameters[0]) > 0.0);
 }
 
-/// A linear car behind such a leader, that perceives late by 0.8 s and answers to the leader's acceleration.
+/// A linear car behind a leader with this profile; it perceives 0.8 s late and reacts to the leader's acceleration.
 fn late_and_looking_ahead(profile: plant::Profile) -> Drive {
     let effect = |text: &str| text.parse().expect("an effect of the plant");
     let mut follower = plant::drawn(plant::Base::LCth, 11, 1);
@@ -81,7 +81,7 @@ fn late_and_looking_ahead(profile: plant::Profile) -> Drive {
     Drive::of(&trajectory, None).expect("no jump").0.remove(0)
 }
 
-/// The look-ahead compensates for the delay: alone it gains almost nothing. In closed loop the two run together.
+/// The look-ahead compensates for the delay: alone, it gains almost nothing. The race tries the two together.
 #[test]
 fn two_that_hide_each_other() {
     let drives =
@@ -97,7 +97,7 @@ fn two_that_hide_each_other() {
     assert_eq!(named.rivals, [], "{:?}", found.set);
 }
 
-/// With two causes it ends when the limit of simulations is reached, and reports it; the same two otherwise.
+/// With two causes the search ends at the simulation limit and reports it; the two causes are the same without the limit.
 #[test]
 fn it_ends_when_enough_was_simulated() {
     let task = DiagnosisTask {

@@ -1,4 +1,4 @@
-//! Stretches that no model follows are found, whatever the cause, and none where the car follows.
+//! Stretches that no model follows are found, with any cause, and none is found if the car follows.
 
 use crate::common;
 use leadlag::internal::bench::{DiagnosisTask, planted};
@@ -30,7 +30,7 @@ fn found(drives: &[Drive], base: &str) -> Vec<NotFollowed> {
     not_followed(&request, &Policy::DEFAULT).expect("it runs")
 }
 
-/// Where the car is fast, the driver falls back by some twenty metres and catches up again, in forty seconds. When that begins.
+/// While the car is fast, the driver falls back by some twenty metres and catches up again, within forty seconds. Returns the start.
 fn a_driver_interferes(drive: &mut Drive) -> f64 {
     let data = &mut drive.trajectory;
     let length = (40.0 / data.dt).round() as usize;
@@ -75,7 +75,7 @@ fn a_driver_is_found_and_the_car_is_not() {
     }
 }
 
-/// A permanent property of the car is to be explained, not cut out.
+/// A permanent property of the car needs an explanation, not a cut.
 #[test]
 fn what_the_car_does_is_no_interference() {
     for (base, cause, seed) in [("gipps", "headway_mode_change", 4304), ("idm", "actuation_lag", 4305)] {

@@ -25,7 +25,7 @@ fn blind_zone_perception(p: Params, own: Parameters, x: Perceived) -> Perceived 
 }
 ";
 
-/// NaN at every size, that of nothing included.
+/// NaN at every size, even at the neutral one.
 const BROKEN: &str = "struct Parameters {
     /// size [-], 0 to 1, neutral 0
     q: f32,
@@ -106,7 +106,7 @@ fn a_copy_of_the_planted_cause_is_as_likely_as_it() {
     }
 }
 
-/// Where the library's own is not in the race, nothing but the user's explains the data.
+/// Without the library's own cause in the race, only the user's explains the data.
 #[test]
 fn a_cause_of_ones_own_is_named() {
     let data = planted(&made_up::hidden("dead_zone", "l-cth")).expect("a scenario that can be driven");
@@ -135,7 +135,7 @@ fn a_cause_of_ones_own_is_named() {
     assert!(again.untried.is_empty(), "{:?}", again.untried);
 }
 
-/// Nothing depends on the name of a cause: a copy of a limit is searched as the limit of the library is.
+/// The name of a cause does not matter: the search treats a copy of a limit as it treats the limit of the library.
 #[test]
 fn a_copy_under_another_name_is_searched_in_the_same_way() {
     let data = planted(&made_up::hidden("accel_cap", "l-cth")).expect("a scenario that can be driven");
@@ -166,7 +166,7 @@ fn what_could_not_be_tried_is_listed_with_its_reason() {
     let listed = json["not_tried"].as_array().expect("a list");
     let expected = [
         ("broken", "gives no finite result at any size tried"),
-        ("late", "nothing in the data tells with which v_on to begin"),
+        ("late", "the data give no start value for v_on"),
         ("fixed", "has no parameter to be fitted"),
         // A pair file of two cars has no car further ahead.
         ("multi_anticipation", "needs the speed of the car ahead of the preceding vehicle"),

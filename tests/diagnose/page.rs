@@ -1,4 +1,4 @@
-//! The tables of docs/DIAGNOSIS.md are those of the code: the message of a failure has the missing table ready to be pasted.
+//! The tables of docs/DIAGNOSIS.md are those of the code. A failure prints the missing table, ready to paste.
 
 use leadlag::internal::diagnose::answer::VERDICTS;
 use leadlag::internal::diagnose::data::{FindingKind, LIMITS};

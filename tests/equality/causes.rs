@@ -1,5 +1,5 @@
-//! The causes, twice: their WGSL text in f64, and the reference, which is written by hand. tests/mutants.rs changes the reference and
-//! expects this to fail.
+//! The causes in two forms: their WGSL text in f64, and the reference, which is transcribed by hand. tests/mutants.rs changes the reference
+//! and expects this to fail.
 
 use crate::common::extended::{BASES, WHOLE_RUN, WHOLE_RUN_PERIODIC, case, spread, with};
 use leadlag::internal::catalog::Variant;
@@ -61,7 +61,7 @@ fn laws_equal_the_reference_point_by_point() {
     }
 }
 
-/// Each law alone, with a delay and a lag, and with causes that ask for its equilibrium and look up the road.
+/// Each law alone, with a delay and a lag, and with causes that need its equilibrium and the road.
 #[test]
 fn laws_in_f64_equal_the_reference() {
     let causes = |names: &[&str]| -> Vec<&'static Extension> {
@@ -105,7 +105,7 @@ fn what_the_reference_cannot_simulate_is_an_error() {
     }
 }
 
-/// A delay below 0 is refused where parameters are checked; a candidate that has one all the same is one without delay.
+/// The check of parameters refuses a delay below 0; a run with one has no delay.
 #[test]
 fn a_negative_delay_counts_as_none() {
     let case = case(with("idm", &[extension_named("perception_delay").expect("built in")]));

@@ -1,7 +1,7 @@
 //! Proof against the authors' own program: every golden evaluation and trajectory, `--convention authors`.
 //!
 //! Needs `golden/` and `data/` of the shared folder. The rows that differ at all are listed with their difference in
-//! `target/tmp/golden/differences_EVALUATOR.csv`; nothing is hidden by a wider tolerance.
+//! `target/tmp/golden/differences_EVALUATOR.csv`; no tolerance is widened to hide them.
 
 use crate::common;
 use crate::common::gpu;
@@ -270,7 +270,7 @@ fn every_trajectory_agrees() {
         let mut trace = Trace::default();
         let outcome = Reference::outcome(&case, &parameters, &mut trace);
         if row["file"].starts_with("g29") {
-            // Chaotic: the states part, the measure does not.
+            // Chaotic: the states diverge, and the measure does not.
             let (ours, theirs) = (outcome.result.expect("g29 runs to its end").values()[9], number(row, "nrmse_sva"));
             let difference = ((ours - theirs) / theirs).abs();
             assert!(difference < GOLDEN_CHAOTIC, "g29: nrmse_sva {ours} not {theirs}");

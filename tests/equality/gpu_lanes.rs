@@ -1,10 +1,10 @@
 //! The same text gives the same bits on the GPU and in lanes: all ninety variants, both precisions, both conventions, on
 //! measured trajectories; status, cuts and every sum, and the score of every kind of goodness of fit.
 //!
-//! Bits are asserted on lavapipe, whose arithmetic is exact; hardware may fuse a product with a sum, and is held to
-//! tolerances. Each variant runs on the first 2000 samples of four of the twelve followers in turn, and one of the four
-//! combinations of convention and precision also makes scores, of one kind in turn; with `LEADLAG_FULL` set on whole
-//! trajectories, and scores of every kind in every combination.
+//! Bits are asserted on lavapipe, whose arithmetic is exact; hardware may fuse a product with a sum and must stay within tolerances. Each
+//! variant runs on the first 2000 samples of four of the twelve followers in turn, and one of the four combinations of convention and
+//! precision also computes scores, of one kind in turn; with `LEADLAG_FULL` set, on whole trajectories, with scores of every kind in every
+//! combination.
 
 use crate::common;
 use crate::common::followers::{self, Follower};
@@ -186,7 +186,7 @@ fn every_variant_gives_the_same_bits() {
         let id = variant.id() as usize;
         for (k, convention) in CONVENTIONS.into_iter().enumerate() {
             for (l, precisions) in PRECISIONS.into_iter().enumerate() {
-                // A driver needs 0.1 to 0.3 s for each kernel, and a kind of goodness of fit is a kernel of its own.
+                // A driver needs 0.1 to 0.3 s for each kernel, and each kind of goodness of fit needs a separate kernel.
                 let turn = 2 * k + l;
                 let one = if id % 4 == turn { vec![KINDS[id / 4 % KINDS.len()]] } else { Vec::new() };
                 let kinds = if is_full() { KINDS.to_vec() } else { one };

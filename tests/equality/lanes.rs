@@ -1,4 +1,4 @@
-//! Lanes: the same bits whatever the instruction set, block size, thread or company of a candidate, and clear refusals.
+//! Lanes: the same bits for any instruction set, block size, thread or neighbouring candidate, and clear refusals.
 
 use crate::common::cars;
 use leadlag::internal::catalog::Variant;
@@ -167,7 +167,7 @@ fn an_observer_without_gain_changes_nothing() {
         for o in observed.iter().filter(|o| o.raw.status == 0) {
             for k in 0..2 {
                 let sum: f64 = o.blocks.iter().map(|block| block[k]).sum();
-                // f32 adds up a run in one sum and here in sums of blocks.
+                // One side adds up a run in a single f32 sum, the other in sums of blocks.
                 assert!((sum - o.raw.error2[k]).abs() <= 1e-4 * o.raw.error2[k], "{sum} not {}", o.raw.error2[k]);
             }
         }
@@ -209,7 +209,7 @@ fn kicks_are_changes_of_the_past() {
         let evaluator = lanes(&case, LanesPrecision::F64);
         let history = [&reference.s[..], &reference.v, &reference.a];
         let to = reference.s.len();
-        // More than one block; the last one is left of a kick so hard that the run crashes.
+        // More than one block; the last one follows a kick so hard that the run crashes.
         let begin = run.first.max(10);
         let from: Vec<usize> = (begin..to).step_by(((to - begin) / 20).max(1)).collect();
         let mut kicks: Vec<[f64; 3]> = (0..from.len()).map(|k| [0.01 * (k % 3) as f64, 0.02, 0.0]).collect();

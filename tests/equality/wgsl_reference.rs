@@ -13,8 +13,8 @@ use leadlag::internal::symbols::{Parameters, Symbol};
 use leadlag::internal::trajectory::Trajectory;
 use leadlag::internal::wgsl::{Precision, Recipe, Source, check};
 
-/// At most one run in this many may amplify rounding beyond the tolerance: a third of the values lie on a bound, so that many
-/// linear controllers swing with the largest gains.
+/// Largest share of runs, one in this many, that may amplify rounding beyond the tolerance: a third of the values lie on a bound, so that
+/// many linear controllers oscillate with the largest gains.
 const SENSITIVE_ONE_IN: usize = 10;
 
 /// Largest relative difference of the measures; 0 for runs that failed alike, `None` if they ended differently.
@@ -40,7 +40,7 @@ fn amplification(case: &Case, population: &Population, candidate: usize, referen
     let mut largest = 0.0_f64;
     for pattern in 0..4_usize {
         let mut parameters = population.parameters(candidate);
-        // The delay stays: it may not leave its bounds.
+        // The delay stays fixed, because it must not leave its bounds.
         for (k, symbol) in symbols.iter().enumerate().filter(|(_, s)| **s != Symbol::tau_p) {
             let sign = if (k + pattern).is_multiple_of(pattern + 1) { 1.0 } else { -1.0 };
             parameters.set(*symbol, parameters.get(*symbol) * (1.0 + sign * NUDGE));
@@ -129,8 +129,8 @@ struct Draw {
 }
 
 impl Draw {
-    /// Edges in a third of the draws: bounds, standstill, tiny and negative gaps, speeds a little below 0 and above v_0, both
-    /// signs of the arguments of minima and maxima.
+    /// Edge cases in a third of the draws: bounds, standstill, tiny and negative gaps, speeds slightly below 0 and above v_0, both signs of
+    /// the arguments of minima and maxima.
     fn new(random: &mut cars::Random) -> Draw {
         let mut pick = |edges: &[f64], low: f64, high: f64| {
             if random.next() < 1.0 / 3.0 {

@@ -90,7 +90,7 @@ fn compensated_sums_differ_from_plain_ones_and_are_better() {
         errors[errors.len() / 2]
     };
     let (plain, compensated) = (error(Precision::Plain), error(Precision::Compensated));
-    // Equal ones would mean that the driver has cancelled the compensation.
+    // Equal values would mean that the driver has cancelled the compensation.
     assert!(compensated < 0.5 * plain, "median error plain {plain}, compensated {compensated}");
 }
 
@@ -139,7 +139,7 @@ fn failures_have_kind_and_step_and_stay_alone() {
     }
     println!("crashes, radicands, not finite: {kinds:?}");
     assert!(kinds.iter().all(|count| *count > 0), "every kind occurs: {kinds:?}");
-    // Steps: those of the reference, but where rounding decides.
+    // Steps: those of the reference, except where rounding decides.
     let same = expected.iter().zip(&with).filter(|(a, b)| match (a, b) {
         (Score::Failed(a), Score::Failed(b)) => a == b,
         (a, b) => matches!(a, Score::Value(_)) == matches!(b, Score::Value(_)),

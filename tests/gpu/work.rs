@@ -1,4 +1,4 @@
-//! How the GPU evaluator cuts work up, in time, in candidates and in cases, changes no bit; a lost device is replaced.
+//! The way in which the GPU evaluator splits work in time, candidates and cases changes no bit, and a lost device is replaced.
 
 use crate::common;
 use crate::common::gpu::{case, gpu, job, population, scores, skipped, space, variant};
@@ -68,7 +68,7 @@ fn chunks_and_limits_change_no_bit() {
     }
 }
 
-/// On hardware other samples lie in uniform memory than on software: none where each candidate begins at another one.
+/// On hardware other samples are in uniform memory than on software: none if each candidate begins at another one.
 #[test]
 fn the_kernels_of_hardware_give_the_same_bits() {
     if skipped("the_kernels_of_hardware_give_the_same_bits") {
@@ -220,7 +220,7 @@ fn rings_of_every_length_remember_alike() {
             let mut case = case(variant, PAPER, 400, 0.4);
             (case.dt, case.tau_p_upper) = (dt, upper);
             assert_eq!(Course::new(&case).expect("a short course").ring, ring, "ceil({upper} s / {dt} s) + 2");
-            // Quiet candidates, so that one sample too early or too late shows, and rounding does not.
+            // Well-behaved candidates, so that a sample too early or too late shows, and rounding does not.
             let space = space(variant, PAPER);
             let mut population = Population::new(&space.symbols);
             for k in 0..=40 {
@@ -255,7 +255,7 @@ fn rings_of_every_length_remember_alike() {
     }
 }
 
-/// Destroys the device under some of the submissions; from the seventh on, its replacement as well, if it is to stay away.
+/// Destroys the device during some of the submissions; from the seventh on, its replacement as well, if it is to stay lost.
 struct Saboteur {
     gpu: Gpu,
     submissions: u32,
@@ -369,7 +369,7 @@ fn work_in_flight_survives_and_a_second_failure_is_told() {
     }
     let Err(EvaluateError::Device { adapter, message, .. }) = failed else { panic!("{failed:?}") };
     assert!(adapter == gpu.adapter().unwrap() && !message.is_empty(), "{adapter}: {message}");
-    // Once the driver is well again, so is the evaluator.
+    // Once the driver works again, so does the evaluator.
     assert_eq!(scores(&mut gpu, &population), expected);
 }
 

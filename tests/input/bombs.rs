@@ -1,5 +1,5 @@
-//! Tables that take far more memory or time than their files seem to, and columns that no reader has a text for: each is refused at once, or
-//! read as if the column were not there.
+//! Tables that would take far more memory or time than their files suggest, and columns that no reader can convert to text: each is refused
+//! at once, or read as if the column were absent.
 
 use cpu_time::ThreadTime;
 use leadlag::internal::trajectory::import;
@@ -15,7 +15,7 @@ use std::io::Write;
 use std::sync::Arc;
 
 const ROWS: usize = 300;
-/// No file here may take longer \[s of CPU\]; each takes milliseconds, but the last one some seconds.
+/// Time limit for each file here \[s of CPU\]; each takes milliseconds, except the last one, which takes some seconds.
 const LONGEST_S: u64 = 30;
 
 /// A pair file with a further column, which has the same value throughout.

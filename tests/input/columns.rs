@@ -8,7 +8,7 @@ const FOOT: f64 = 0.3048;
 /// Lengths of the two vehicles \[m\].
 const LENGTHS: [f64; 2] = [4.5, 5.2];
 
-/// A leader that swings about 15 m/s and a follower behind it: position of the front and speed at each time \[m, m/s\].
+/// A leader whose speed oscillates around 15 m/s and a follower behind it: position of the front and speed at each time \[m, m/s\].
 fn drive(t: f64) -> [(f64, f64); 2] {
     let lead = (100.0 + 15.0 * t + 20.0 * (1.0 - (0.2 * t).cos()), 15.0 + 4.0 * (0.2 * t).sin());
     let ego = (70.0 + 15.0 * t + 20.0 * (0.2f64.cos() - (0.2 * (t - 1.0)).cos()), 15.0 + 4.0 * (0.2 * (t - 1.0)).sin());
@@ -491,7 +491,7 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             highd(1.0),
             highd_map.replace("frame_rate_hz = 25", "frame_rate_hz = 10"),
             "table.csv:1: columns x (m) and xVelocity (m/s) contradict each other: the first changes 0.400 times as much \
-             as the second implies; 1/2.5000 is the inverse of 25 frames per second taken for 10: check both units, and the \
+             as the second implies; 1/2.5000 is the inverse of 25 frames per second mistaken for 10: check both units, and the \
              unit of time or frame_rate_hz, in the column map; check_units = false there accepts them unchanged",
         ),
         (
@@ -511,7 +511,7 @@ fn units_that_look_wrong_are_refused_with_what_they_look_like() {
             assert_eq!(first, expected, "{what}");
         }
     }
-    // The remedy for a user who knows better.
+    // The remedy for a user who is sure of the table.
     let unchecked = PAIRS.replace("\"ft\"", "\"m\"").replace("rows =", "check_units = false\nrows =");
     let map = ColumnMap::parse(&unchecked, "map.toml").unwrap();
     assert!(read_mapped_from(pairs(FOOT).as_bytes(), "table.csv", &map).is_ok());

@@ -1,9 +1,9 @@
-//! Faults of tables and drives, each planted: the rows that are read nevertheless, and the messages.
+//! Planted faults of tables and drives: the rows that are read nevertheless, and the messages.
 
 use leadlag::internal::trajectory::import::{self, ColumnMap, read_mapped_from};
 use leadlag::internal::trajectory::{Preparation, Recording, prepare};
 
-/// A drive of a follower behind a car that swings, a row each: time, both speeds, gap.
+/// A drive of a follower behind a car whose speed oscillates, a row each: time, both speeds, gap.
 fn rows(count: u32, dt: f64) -> Vec<[f64; 4]> {
     let row = |k: u32| {
         let t = f64::from(k) * dt;

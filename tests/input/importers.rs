@@ -478,7 +478,7 @@ fn stretches_too_short_are_dropped_and_said() {
 
 #[test]
 fn gap_and_speeds_are_reconciled_either_way() {
-    // The gap grows by 0.6 m/s, by the speeds it should by 0.5 m/s: a drift of 0.1 m per 9.5 m driven.
+    // The gap grows by 0.6 m/s, and by 0.5 m/s according to the speeds: a drift of 0.1 m per 9.5 m driven.
     let mut text = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
     for t in tenths(0..101) {
         text += &format!("{t},10,9.5,{}\n", 20.0 + 0.6 * t);
@@ -563,7 +563,7 @@ fn a_sound_segment_is_not_blamed_for_a_broken_one() {
     assert_eq!(trajectories.iter().map(is_noted).collect::<Vec<_>>(), [true, false]);
 }
 
-/// A hill without a known place lies at the same metre of the drive in every window.
+/// A hill without a known position is at the same metre of the drive in every window.
 #[test]
 fn an_assumed_start_counts_from_the_first_row_of_the_file() {
     let recording = pair_file(&steady(tenths(0..100)));

@@ -1,4 +1,4 @@
-//! Sound files of every layout, broken in a hundred ways: each is refused with its place, or every step takes it.
+//! Valid files of every layout, broken in a hundred ways: each is refused with its place, or passes every step.
 //!
 //! `LEADLAG_FUZZ_SECONDS=600` breaks files for that time per test; by default a second. (fuzz/ has targets that learn from
 //! coverage.)
@@ -20,7 +20,7 @@ const GRADES: &[&[u8]] = &[include_bytes!("../data/grade_open.csv"), include_byt
 const LABELS: &[&[u8]] = &[include_bytes!("../data/processed/Labels.csv")];
 const ALL: &[&[u8]] = &[OPENACC, REBUILT, PROCESSED, ULTRA_AV, PAIR];
 
-/// No file of this size may take longer, whatever is in it: such a one takes milliseconds.
+/// Time limit for a file of this size, whatever its content; such a file takes milliseconds.
 const LONGEST: Duration = Duration::from_secs(10);
 /// Replacements of a number.
 const FIELDS: &[&str] = &[
@@ -70,7 +70,7 @@ impl Vandal {
         of[self.below(of.len())]
     }
 
-    /// One of these files, broken in a few places; short ones mostly, where a place counts more.
+    /// One of these files, broken in a few places; mostly short ones, in which a place matters more.
     fn broken(&mut self, of: &[&[u8]]) -> Vec<u8> {
         let mut file = self.pick(of).to_vec();
         if self.below(3) > 0 {
@@ -122,7 +122,7 @@ impl Vandal {
         }
     }
 
-    /// Two columns change their names, or two lines their places.
+    /// Swaps the names of two columns, or two lines.
     fn swaps(&mut self, file: &mut [u8]) {
         let ends = |byte: u8| b",\n".contains(&byte);
         let [one, other] = [self.below(file.len()), self.below(file.len())].map(|at| piece(file, at, ends));
@@ -145,7 +145,7 @@ fn attack(read: impl Fn(&mut Vandal) -> bool + Sync) {
     let seconds = std::env::var("LEADLAG_FUZZ_SECONDS").map_or(1, |seconds| seconds.parse().expect("a number"));
     let (began, mut count, mut taken, mut longest) = (Instant::now(), 0_u64, 0_u64, Duration::ZERO);
     while began.elapsed() < Duration::from_secs(seconds) {
-        // Many to a thread, with its seed as a name, so that a panic shows which ones.
+        // Many per thread, with the seed as its name, so that a panic shows which ones.
         let work = || {
             let mut vandal = Vandal(ChaCha8Rng::seed_from_u64(count));
             let timed = |_| {
@@ -232,7 +232,7 @@ speed = { name = "SpeedDoppler{}" }
 gap = { name = "Spacing{}" }
 "#;
 
-/// A table for a shipped map: a vehicle that swings about 15 m/s and one 30 m behind it.
+/// A table for a shipped map: a vehicle whose speed oscillates around 15 m/s and one 30 m behind it.
 fn table(map: &str) -> Vec<u8> {
     let header = match map {
         "ngsim" => "Global_Time,Vehicle_ID,Preceding,Lane_ID,Local_Y,v_Vel,v_Acc,v_Length,Space_Headway",
@@ -287,7 +287,7 @@ fn broken_column_maps_and_tables() {
     let maps: Vec<&[u8]> = known.iter().map(|(map, _)| *map).collect();
     attack(|vandal| {
         let (map, table) = &known[vandal.below(known.len())];
-        // Broken both at once they are refused for the map.
+        // If both are broken at once, the map is refused.
         if vandal.below(3) > 0 {
             return all_steps::mapped(map, &vandal.broken(&[table]));
         }
@@ -297,7 +297,7 @@ fn broken_column_maps_and_tables() {
     });
 }
 
-/// The footer, which has the places of everything, is broken more often than the pages.
+/// The footer, which has the positions of everything, is broken more often than the pages.
 #[test]
 fn broken_parquet_tables() {
     use parquet::basic::{Compression, ZstdLevel};

@@ -1,4 +1,4 @@
-//! Calibration: the paper's genetic algorithm reaches the authors' scores, and known parameters are found again.
+//! Calibration: the paper's genetic algorithm reaches the authors' scores, and known parameters are recovered.
 
 use crate::common;
 use crate::common::made_up::{self, Way};
@@ -100,7 +100,7 @@ fn driven_by(variant: Variant, convention: Convention, vehicle: &Vehicle) -> Cas
     let mut driven = trajectory(leader(), trace.x, trace.v);
     driven.grade = start.grade;
     let mut case = Case::new(&driven, variant, Some(vehicle), convention, 0.8).unwrap();
-    // Speeds do not determine the acceleration at the first sample; the drive began without.
+    // Speeds do not determine the acceleration at the first sample; it was 0 at the start of the drive.
     let mut a_f = case.a_f.to_vec();
     a_f[0] = 0.0;
     case.a_f = a_f.into();
@@ -135,7 +135,8 @@ fn own_drive(name: &str, free: &[Symbol]) -> (Case, Parameters, SearchSpace) {
     (case, truth, space)
 }
 
-/// By every optimiser, and by the default one with another end: a perfect fit has a score of nearly 0, of which any share is negligible.
+/// By every optimiser, and by the default one with another tolerance: a perfect fit has a score of nearly 0, so that a share of it is
+/// negligible.
 #[test]
 fn known_parameters_are_found_again() {
     use OptimizerKind::{Auto, Cmaes, Ga, Lshade};
@@ -255,7 +256,7 @@ fn assert_falls(found: &Replicate) {
     assert!(falls, "{:?}", found.convergence);
 }
 
-/// Rough scores a fifth too low: neither the curve nor the target is of them.
+/// Rough scores that are too low by a fifth: neither the curve nor the target uses them.
 #[test]
 fn a_curve_and_a_target_are_of_the_score_that_is_reported() {
     let (case, _, space) = own_drive("idm", &FREE);
@@ -309,7 +310,7 @@ fn an_infeasible_search_says_how_far_it_came() {
     let vehicle = bmw();
     let variant = Variant::from_id(37).unwrap();
     let case = driven_by(variant, Convention::PAPER, &vehicle);
-    // A controller that ignores the car ahead and wants 60 m/s.
+    // A controller that ignores the car ahead and aims at 60 m/s.
     let bounds = [
         ("k_s", [0.0, 0.0]),
         ("k_v", [0.0, 0.0]),
@@ -405,7 +406,7 @@ impl Evaluator for Rash {
 fn candidates_asked_in_place_of_the_best_are_counted() {
     let variant = Variant::from_id(37).unwrap();
     let case = driven_by(variant, Convention::PAPER, &bmw());
-    // A car that wants to be far ahead of the car in front collides with it.
+    // A car whose desired position is far ahead of the car in front collides with it.
     let overrides = Overrides::from([("d_0".to_owned(), [-100.0, 5.0])]);
     let space = SearchSpace::new(&variant, None, Convention::PAPER, &overrides).unwrap();
     let mut evaluator = Rash { inner: Reference::new(vec![case], GoodnessOfFit::NRMSE_SVA), failed: 0 };
@@ -413,7 +414,7 @@ fn candidates_asked_in_place_of_the_best_are_counted() {
     let found = run(&mut evaluator, &space, 1, Stop { max_evaluations: 100, ..Stop::default() });
     assert!(evaluator.failed > 0 && evaluator.failed < 100, "{} of 100 fail", evaluator.failed);
     assert!(found.score.is_finite() && found.score != 1.01, "the reference's own: {}", found.score);
-    // After the best one: all that failed, itself among them, and the first that did not.
+    // After the best one: all that failed, including itself, and the first that did not.
     assert_eq!(found.evaluations, 100 + evaluator.failed + 1);
 }
 
@@ -493,7 +494,7 @@ fn a_replicate_that_finds_nothing_leaves_the_others_as_they_are() {
 
 #[test]
 fn a_progress_that_breaks_once_ends_every_replicate() {
-    // At the second replicate's first generation: the first received its scores before, the third after it.
+    // At the first generation of the second replicate: the first replicate has received its scores, and the third follows.
     let mut told = 0;
     let found = three_replicates(&[], &mut |_| {
         told += 1;

@@ -70,7 +70,7 @@ fn ids_parts_and_parameters_equal_table_1() {
         }
     }
     assert_eq!(ids, (1..=90).collect::<Vec<_>>());
-    // A further base model comes behind Table 1 and gets the ids from 91 on.
+    // A further base model comes after Table 1 and gets the ids from 91 on.
     assert!(Variant::COUNT >= 90 && Variant::all().count() == Variant::COUNT as usize);
     assert!(Variant::from_id(0).is_err() && Variant::from_id(Variant::COUNT + 1).is_err());
 }
@@ -239,8 +239,8 @@ fn every_declared_parameter_is_read_and_no_other() {
             let all = base.x.iter().chain(&base.v).chain(&base.a).chain(&base.s);
             assert!(all.into_iter().all(|x| x.is_finite()), "{variant}, {convention}: finite throughout");
             for symbol in variant.parameters() {
-                // NaN: min and max drop it, so that the run may change instead of failing.
-                // A value half as large again: the parameter takes part, not only its validity.
+                // NaN: min and max drop it, so that the run may change instead of failing. A value half as large again: the parameter has
+                // an effect, not only its validity.
                 for value in [f64::NAN, p.get(symbol) * 1.5] {
                     let mut other = p;
                     other.set(symbol, value);

@@ -22,7 +22,7 @@ fn bare_law(own: Parameters, x: Perceived) -> f32 {
 }
 ";
 
-/// One with some of them, which remembers, and which reads them from the model.
+/// One with some of them, which has a state, and which reads them from the model.
 const HALF: &str = "struct Parameters {
     v_0: f32,
     d_0: f32,
@@ -54,7 +54,7 @@ fn whole_law(own: Parameters, w: World, x: Perceived, v: f32) -> f32 {
 }
 ";
 
-/// The built-in laws, and three of a user's own.
+/// The built-in laws, and three user laws.
 fn all_laws() -> Vec<&'static Extension> {
     let own = [("bare", BARE), ("half", HALF), ("whole", WHOLE)];
     let own = own.map(|(name, text)| read_extension(&format!("{name}.wgsl"), text).expect("valid"));
@@ -69,7 +69,7 @@ fn every_cause_runs_on_every_law_or_says_what_the_law_lacks() {
         .par_iter()
         .filter_map(|(law, cause)| Some((law.name.as_str(), cause.name.as_str(), refusal(law, cause)?)))
         .collect();
-    // Two causes change a parameter, which some laws do without; and one law looks back itself.
+    // Two causes change a parameter that some laws lack, and one law itself looks back.
     let lacking = |cause: &str, parameter: &str| -> Vec<&str> {
         let of = |(law, name, why): &(&'static str, &'static str, String)| {
             let expected = format!(

@@ -1,4 +1,4 @@
-//! Cases laid out for the evaluators that run the WGSL text, and the evaluator that steps in for a failed one.
+//! Cases in the form of the evaluators that run the WGSL text, and the evaluator that replaces a failed one.
 
 use crate::common;
 use leadlag::internal::catalog::Variant;
@@ -42,7 +42,7 @@ proptest! {
         }
     }
 
-    /// The sum of the rounded ways must not drift away from the position.
+    /// The sum of the rounded displacements must not drift away from the position.
     #[test]
     fn rounded_ways_add_up_to_the_position(v in prop::collection::vec(0.0_f64..40.0, 20..200)) {
         let case = behind(&v);
@@ -222,11 +222,11 @@ fn what_was_under_way_when_a_device_failed_is_not_lost() {
     fallback.submit(BufferSet::A, &[Job { case: 0, population: &one }]).expect("it starts");
     assert!(matches!(fallback.collect(BufferSet::A, &mut []), Err(EvaluateError::Room { candidates: 5, scores: 0 })));
     assert_eq!(fallback.name(), "gpu");
-    // A device that takes its adapter with it is replaced as well.
+    // A device that takes its adapter with it is also replaced.
     let mut scores = [Score::Rejected; 5];
     fallback.collect(BufferSet::A, &mut scores).expect("the second evaluator steps in");
     assert_eq!((fallback.name(), &scores[..]), ("reference", &expected[..5]));
-    // The first one's times are not forgotten.
+    // The times of the first one are kept.
     assert_eq!(fallback.timings(), Timings { transfer_s: 2.0, first_dispatch_s: 0.5 });
 }
 

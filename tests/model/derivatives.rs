@@ -92,7 +92,7 @@ fn of_bin(own: Option<u32>, k: usize) -> bool {
     own == Some(k as u32)
 }
 
-/// Against central differences of the cost itself: free, pulled, and behind collisions, which cost; for each family of measures.
+/// Against central differences of the cost itself: free, pulled, and beyond collisions, which have a penalty; for each family of measures.
 #[test]
 fn slopes_are_those_of_the_score() {
     let Some(trajectory) = tesla("slopes_are_those_of_the_score") else { return };
@@ -155,7 +155,7 @@ fn auto_finds_the_lowest_known_scores_with_few_simulations() {
     }
 }
 
-/// Every small budget is kept, and gives a result.
+/// Every small budget is respected and gives a result.
 #[test]
 fn budgets_are_kept() {
     let Some(trajectory) = tesla("budgets_are_kept") else { return };

@@ -1,7 +1,7 @@
 //! Delays, lags, phases, stretches and responses to the cars ahead mean the same here as in a car that is driven in steps of 0.01 s: a fit
 //! finds the planted ones.
 //!
-//! The plant shares no code with the evaluators. Its car has an effect of a known size; the same law with that effect, simulated in steps
+//! The plant shares no code with the evaluators. Its car has an effect of a known size. The same law with that effect, simulated in steps
 //! of 0.1 s with the law reading half a step ahead (an acceleration that holds for a step comes late by as much), has to be closest to it
 //! at the planted value.
 
@@ -50,7 +50,7 @@ fn drive(effect: &str, cars_between: usize) -> Trajectory {
     prepare(&recording, 1, &Preparation::default()).expect("a good drive").remove(0)
 }
 
-/// Difference of the best time from the planted one \[s\]; `parameters` are those of the effect when it comes later by that time.
+/// Difference of the best time from the planted one \[s\]; `parameters` are those of the effect delayed by that time.
 fn error_of(effect: &str, planted: &str, parameters: &dyn Fn(f64) -> Vec<(&'static str, f64)>) -> f64 {
     let base: Variant = "l-cth".parse().expect("a variant");
     let with = |variant: Variant, name: &str| variant.with(extension_named(name).expect("built in")).expect("it fits");
@@ -136,8 +136,8 @@ fn left(effect: &str, planted: &str, size: f64) -> f64 {
     left
 }
 
-/// The signals of the cars ahead are also read half a step ahead, and accelerations are not smoothed twice: with the planted size hardly more remains
-/// over than of a car without the effect. (Ten and six times as much was.)
+/// The signals of the cars ahead are also read half a step ahead, and accelerations are not smoothed twice: with the planted size, the
+/// remaining error is hardly larger than for a car without the effect. (Otherwise it would be ten and six times as large.)
 #[test]
 fn answers_to_the_cars_ahead() {
     let quiet = left("multi_anticipation", "", 0.0);

@@ -1,6 +1,6 @@
-//! Standard test functions with known minima (M. Molga and C. Smutnicki, "Test functions for optimization needs", 2005; the first
-//! four as in the CEC 2014 and BBOB-2009 collections). Those whose minimum lies in the middle of the box are shifted, so that an
-//! optimiser that likes the middle gains nothing by it.
+//! Standard test functions with known minima (M. Molga and C. Smutnicki, "Test functions for optimization needs", 2005; the first four as
+//! in the CEC 2014 and BBOB-2009 collections). Functions with a minimum in the middle of the box are shifted, so that an optimiser that
+//! favours the middle has no advantage.
 
 use leadlag::internal::optimize::SearchBox;
 use std::f64::consts::{PI, TAU};
@@ -14,7 +14,7 @@ pub struct Function {
     upper: f64,
     /// Fixed number of dimensions.
     only: Option<usize>,
-    /// Where the formula has its minimum, the same in all dimensions, or a list.
+    /// Position of the minimum in the formula, the same in all dimensions, or a list.
     at: &'static [f64],
     minimum: fn(usize) -> f64,
     /// Moves the minimum from there.

@@ -177,8 +177,8 @@ fn near_optimal_candidates_show_what_makes_up_for_what() {
     assert_eq!(correlation(&found, &space.free(), best, -1.0), None, "nothing is better than the best");
 }
 
-/// A linear law that follows never comes near a desired speed of 60 m/s. The candidate and its neighbours at four distances on both sides
-/// are simulated to find that out, on all drives of a joint calibration together.
+/// A linear law in following never comes near a desired speed of 60 m/s. To find that out, the candidate and its neighbours at four
+/// distances on both sides are simulated on all drives of a joint calibration together.
 #[test]
 fn parameters_that_change_nothing_are_called_so() {
     let variant: Variant = "l-cth".parse().expect("a base");

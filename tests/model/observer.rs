@@ -1,5 +1,5 @@
-//! The observer once more, one number at a time, from docs/DIAGNOSIS.md section 1 and the paper's Eqs. 1 to 3, 6 and 7, without
-//! anything of the program in it but the data: its gains, its innovations, its states.
+//! The observer computed independently, one number at a time, from docs/DIAGNOSIS.md section 1 and the paper's Eqs. 1 to 3, 6 and 7: its
+//! gains, innovations and states. Only the data come from the program.
 
 use crate::common::cars;
 use leadlag::internal::convention::Convention;
@@ -11,7 +11,7 @@ use leadlag::internal::score::GoodnessOfFit;
 
 /// Runs of 900 steps, in which roundings add up but are corrected at every sample; gains by some ten thousand steps of an iteration.
 const EQUAL: f64 = 1e-9;
-/// Steps until the filter stands: many times the slowest time constant.
+/// Number of steps until the filter is stationary: many times the slowest time constant.
 const STEADY: usize = 60_000;
 
 type Square = [[f64; 3]; 3];
@@ -20,7 +20,7 @@ fn product(a: &Square, b: &Square) -> Square {
     std::array::from_fn(|i| std::array::from_fn(|j| (0..3).map(|k| a[i][k] * b[k][j]).sum()))
 }
 
-/// The gains on the innovations of s and v_f, by the textbook filter that has run for long: state (s, v_f, d), s and v_f measured.
+/// The gains on the innovations of s and v_f, by the textbook filter after a long run: state (s, v_f, d), s and v_f measured.
 fn gains(noise: &Noise, dt: f64) -> [[f64; 2]; 3] {
     let decay = (-dt / noise.tau_d).exp();
     let a = [[1.0, -dt, -dt * dt / 2.0], [0.0, 1.0, dt], [0.0, 0.0, decay]];
@@ -95,7 +95,7 @@ fn a_scalar_observer_from_the_formulas_sees_the_same() {
         other => panic!("{other} is not a parameter of these models"),
     };
     let drive = cars::drive(90.0);
-    // A usual observer, a strong one, and next to a free simulation.
+    // A usual observer, a strong one, and almost a free simulation.
     let usual = Noise { sigma_d: 0.05, tau_d: 2.0, r_s: 0.02, r_v: 0.03, r_l: 0.02 };
     let noises = [usual, Noise { sigma_d: 0.5, tau_d: 0.5, ..usual }, Noise { sigma_d: 0.003, r_l: 0.001, ..usual }];
     for (base, law) in [("idm", &idm as &dyn Fn(f64, f64, f64) -> f64), ("l-cth", &linear)] {

@@ -1,4 +1,4 @@
-//! The optimisers: standard functions, bounds, independence of everything but the seed, and feasibility by rule.
+//! The optimisers: standard functions, bounds, dependence on the seed only, and rules for infeasible candidates.
 
 use crate::functions::{self, ALL, Function};
 use leadlag::internal::optimize::{
@@ -52,7 +52,7 @@ fn value(member: &Member) -> f64 {
 /// Value found above the minimum, and evaluations.
 fn error_on(function: &Function, name: &str, n: usize, evaluations: u64, seed: u64) -> (f64, u64) {
     let mut optimizer = make(name, function.space(n), evaluations, seed, 0);
-    // Those that end without a request are not held.
+    // Optimisers that end without a request are not forced to continue.
     let most = if ["lshade", "auto"].contains(&name) { u64::MAX } else { evaluations };
     let used = minimise(optimizer.as_mut(), most, &|x| Merit::Feasible(function.value(x)));
     (value(optimizer.best().expect("told")) - function.minimum(n), used)
@@ -83,8 +83,8 @@ fn the_functions_have_their_minimum_where_they_say() {
     }
 }
 
-/// The minima of all functions in five dimensions, on every seed; of Griewank's, whose lowest minima are hardly apart, one of the first
-/// two on most of many seeds: about a quarter of the searches ends in a later one, and three seeds would be luck.
+/// The minima of all functions in five dimensions, with every seed; of Griewank's, whose lowest minima hardly differ, one of the first two
+/// with most of many seeds: about a quarter of the searches ends in a later one, and success with three seeds would be luck.
 #[test]
 fn auto_finds_the_minima() {
     for function in ALL {
@@ -109,11 +109,11 @@ fn lshade_and_cmaes_find_the_minima() {
     for function in ALL {
         let n = function.dimensions(5);
         for name in ["lshade", "cmaes"] {
-            // Its deepest basins lie in the corners, away from where the slopes point: CMA-ES is known to miss them (BBOB-2009, f20).
+            // Its deepest basins are in the corners, away from the direction of the slopes: CMA-ES is known to miss them (BBOB-2009, f20).
             if name == "cmaes" && function.name == functions::SCHWEFEL.name {
                 continue;
             }
-            // Restarts until one is lucky take 30,000 in the mean on Rastrigin's function, and all runs of pycma end within 100,000.
+            // Restarts take 30,000 evaluations on average on Rastrigin's function, and all runs of pycma end within 100,000.
             let evaluations = if name == "cmaes" { 100_000 } else { 60_000 };
             let (error, used) = error_on(function, name, n, evaluations, 1);
             assert!(error < 1e-5 * function.scale, "{name} on {}: {error:e} after {used}", function.name);
@@ -121,7 +121,7 @@ fn lshade_and_cmaes_find_the_minima() {
     }
 }
 
-/// The genetic algorithm has no local search: it comes near, and not nearer. Otherwise the others' tests would show nothing.
+/// The genetic algorithm has no local search: it comes close, but no closer. Otherwise the tests of the others would show nothing.
 #[test]
 fn the_genetic_algorithm_is_kept_as_it_was() {
     let (error, _) = error_on(&functions::RASTRIGIN, "ga", 3, 30_000, 1);
@@ -194,7 +194,7 @@ fn restarts_converge_as_those_of_the_authors() {
     assert!((20_000.0..45_000.0).contains(&mean), "{mean} evaluations");
 }
 
-/// The shape that a descent learns is that of the function: it does as well on an ellipsoid that is turned.
+/// A descent learns the shape of the function: it does as well on a rotated ellipsoid.
 #[test]
 fn a_descent_does_not_care_how_the_axes_lie() {
     let turned = |x: &[f64]| {
@@ -265,7 +265,7 @@ fn a_minimum_on_a_bound_is_found_there() {
 fn a_minimum_on_the_border_of_the_feasible_is_found() {
     let merit = |x: &[f64]| {
         let sum: f64 = x.iter().sum();
-        // Feasible above a plane that cuts off a corner of the box; below, the closer the longer it survives.
+        // Feasible above a plane that cuts off a corner of the box; below it, a closer candidate survives longer.
         if sum < 16.0 { Merit::Infeasible { survived: (1000.0 + 10.0 * sum) as usize } } else { Merit::Feasible(sum) }
     };
     for name in ["lshade", "cmaes", "auto"] {
@@ -288,7 +288,7 @@ fn without_anything_feasible_the_longest_survivor_is_the_best() {
     }
 }
 
-/// A plateau, as an objective that takes the whole part of a delay makes, also one at 0: an end, not an endless run.
+/// A plateau, as in an objective that uses the whole part of a delay, also one at 0: the search ends and does not run endlessly.
 #[test]
 fn a_flat_function_ends() {
     for height in [1.0, 0.0] {
@@ -305,7 +305,7 @@ fn a_flat_function_ends() {
     }
 }
 
-/// Rounds that come down to 0 never agree within a share of it: a millionth of the floor is.
+/// Rounds that approach 0 never agree within a share of it, but within a millionth of the floor.
 #[test]
 fn a_minimum_of_zero_is_agreed_on_with_a_floor() {
     let cone = |x: &[f64]| x.iter().map(|x| (x - 1.0).powi(2)).sum::<f64>().sqrt();
@@ -383,7 +383,8 @@ fn auto_polishes_on_exact_merits() {
     assert!(exactly > 0 && exactly < 8000, "{exactly}");
 }
 
-/// A run of the default optimiser on a function that is lower by 1 from some evaluation on, until a later round has seen as much.
+/// A run of the default optimiser on a function that is lower by 1 from some evaluation on, until a later round has reached the lower
+/// value.
 fn stopped_in_a_deeper_basin() -> Auto {
     let mut auto = Auto::new(space(3), AutoSettings::new(3, 60_000), Origin::new(1, 0));
     let bowl = |x: &[f64]| 2.0 + x.iter().map(|x| (x - 1.0).powi(2)).sum::<f64>();
@@ -402,7 +403,7 @@ fn stopped_in_a_deeper_basin() -> Auto {
     }
 }
 
-/// A result of a later round without an exact score is no result yet, but not forgotten either.
+/// A result of a later round without an exact score is not a result yet, but is kept.
 #[test]
 fn a_later_round_in_a_deeper_basin_is_a_rival_of_the_best() {
     let auto = stopped_in_a_deeper_basin();
@@ -411,7 +412,7 @@ fn a_later_round_in_a_deeper_basin_is_a_rival_of_the_best() {
     assert!(value(rival) < 1.9, "{rival:?}");
 }
 
-/// On the edge of the feasible region approximate merits may be feasible where exact ones are not.
+/// On the edge of the feasible region, approximate merits may be feasible where exact ones are not.
 #[test]
 fn the_best_is_feasible_if_only_by_rough_merits() {
     let mut auto = Auto::new(space(2), AutoSettings::new(2, 20_000), Origin::new(1, 0));

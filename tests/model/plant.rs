@@ -88,7 +88,7 @@ fn drives_like_the_measured_platoons() {
         }
         let (low, high) = extremes(&drive.grade.sin);
         assert!(low >= -0.03 && high <= 0.03 && high - low > 0.03);
-        // One stop or near-stop on the way, after the first 20 s.
+        // One stop or near-stop during the drive, after the first 20 s.
         let (slowest, fastest) = extremes(&drive.v[0][200..]);
         assert!(slowest < 4.0 && fastest < 28.5, "seed {seed}: {slowest} to {fastest} m/s");
     }

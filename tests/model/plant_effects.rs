@@ -92,7 +92,7 @@ fn delays_and_lags_are_those_of_the_base_models() {
 
 #[test]
 fn what_is_absorbed_by_calibration() {
-    // A constant headway makes of a scaled spacing other gains, and of a bias another standstill spacing.
+    // Under a constant headway a scaled spacing acts as other gains, and a bias as another standstill spacing.
     let scenario = scenario(Base::LCth, Profile::Restless, 120.0);
     let mut biased = scenario.clone();
     let plant::Controller::Linear { d_0, .. } = &mut biased.followers[0].controller else { unreachable!("linear") };
@@ -221,7 +221,7 @@ fn a_recorded_leader_is_met_at_its_samples() {
     let drive = plant::run(&recorded).expect("drives");
     assert_eq!(drive.t.len(), v.len());
     assert!(drive.v[0].iter().zip(&v).all(|(found, v)| (found - v).abs() < 1e-9));
-    // The way is the integral of the speed.
+    // The displacement is the integral of the speed.
     let way: f64 = v.windows(2).map(|w| 0.05 * (w[0] + w[1])).sum();
     assert!((drive.x[0][399] - way).abs() < 0.3, "{} m, {way} m by trapezoids", drive.x[0][399]);
     let truth = serde_json::to_string(&drive.truth).expect("finite");

@@ -1,4 +1,4 @@
-//! The same seed gives the same result, or the revision of the search, or of the diagnosis, is another one.
+//! The same seed gives the same result, or the revision of the search or the diagnosis has changed.
 //!
 //! Ids of studies and journals of `bench optimizers` hold the revision of the search; journals of `bench diagnosis` hold that
 //! of the diagnosis. The numbers below show when it must be raised. They go through the functions of the C library
@@ -26,7 +26,7 @@ fn zigzag(step: usize, period: usize, lower: f64, upper: f64) -> f64 {
     lower + (upper - lower) * (if phase < 0.5 { 2.0 * phase } else { 2.0 - 2.0 * phase })
 }
 
-/// A minute behind a car that goes faster and slower; the follower does the same a second later, with a wobble of its own.
+/// A minute behind a car that goes faster and slower; the follower does the same a second later, with a separate wobble.
 fn drive() -> Trajectory {
     let steps = 600;
     let v_l: Vec<f64> = (0..steps).map(|i| zigzag(i, 240, 14.0, 22.0)).collect();
@@ -102,7 +102,7 @@ fn diagnosed(causes: &[&str], bounds: &Overrides) -> String {
 
 #[test]
 fn the_same_drives_give_the_same_diagnosis_or_the_revision_is_raised() {
-    // With a desired speed below those driven the base is lost, and other searches are needed.
+    // With a desired speed below the driven ones, the base does not fit, and other searches are needed.
     let too_slow = Overrides::from([("v_0".to_owned(), [8.0, 12.0])]);
     let found = [
         diagnosed(&["dead_zone", "actuation_lag"], &Overrides::new()),

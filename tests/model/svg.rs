@@ -1,4 +1,4 @@
-//! The plot: small, the same every time, and well-formed whatever is drawn.
+//! The plot: small, reproducible, and well-formed for any content.
 
 use leadlag::internal::report::svg::{Panel, Series, Style, SvgError, render};
 

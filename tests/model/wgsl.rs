@@ -1,4 +1,4 @@
-//! Every composed text is valid WGSL, errors point into the file that they are in, and a review sees the text that runs.
+//! Every composed text is valid WGSL, errors give their own file, and a review sees the text that runs.
 
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Radicand;

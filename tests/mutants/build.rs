@@ -48,7 +48,7 @@ pub fn build() -> Built {
         }
         Some(bytes)
     });
-    // A failure has been seen at its first panic: the rest of a judge's tests need not run.
+    // The first panic of a judge decides: the rest of its tests need not run.
     let switch = format!(
         "//! The mutant switched on.\nuse std::sync::LazyLock;\n\
          static ON: LazyLock<usize> = LazyLock::new(|| {{\n\

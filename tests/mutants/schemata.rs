@@ -20,7 +20,7 @@ pub struct Mutant {
     pub column: usize,
     /// The source line, trimmed.
     pub source: String,
-    /// Such as `< -> <=`; the second of its kind on a line has ` (2)` behind it, and so on.
+    /// Such as `< -> <=`; the second one of its kind on a line is followed by ` (2)`, and so on.
     pub change: String,
 }
 
@@ -50,7 +50,7 @@ pub fn instrument(file: &str, text: &str, mutants: &mut Vec<Mutant>) -> String {
             *item = parse_quote! { fn #name() -> #ty { #expr } };
         }
     }
-    // One item a line: enough to find an error of the compiler in the copy.
+    // One item per line: enough to find an error of the compiler in the copy.
     syntax.attrs.clear();
     syntax.items.iter().map(|item| item.to_token_stream().to_string() + "\n").collect()
 }
@@ -196,7 +196,7 @@ impl Mutator<'_> {
     }
 
     fn condition(&mut self, condition: &mut Expr) {
-        // Comparisons and their negations have mutants of their own.
+        // Comparisons and their negations have separate mutants.
         if matches!(condition, Expr::Let(_) | Expr::Paren(_)) {
             return;
         }

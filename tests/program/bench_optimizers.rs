@@ -37,7 +37,7 @@ fn all_seeds_variants_and_followers_are_planned() {
     assert!(quick.iter().all(|task| tasks.contains(task)), "a quick run is a part of the whole");
 }
 
-/// A run that is stopped early has seen all bases and followers alike.
+/// A run that is stopped early has covered all bases and followers equally.
 #[test]
 fn the_first_surfaces_of_the_spread_are_a_sample_of_all() {
     let tasks = optimizer_tasks("auto", false);
@@ -62,7 +62,7 @@ fn finished_tasks_are_taken_again_and_torn_lines_are_not() {
     let tasks = optimizer_tasks("auto", true);
     let line = |k: usize| serde_json::to_string(&outcome(&tasks[k], 0.3)).expect("JSON");
     let other = line(2).replace(PROGRAM.as_str(), "leadlag 0.0.1+search2");
-    // As journals had it before the search was numbered.
+    // In the form of journals before the search had a number.
     let before = line(4).replace(PROGRAM.as_str(), concat!("leadlag ", env!("CARGO_PKG_VERSION")));
     std::fs::write(&path, format!("{}\n{other}\n{before}\n{}", line(0), &line(1)[..40])).expect("written");
     let journal = Journal::open(&path).expect("readable");
@@ -76,7 +76,7 @@ fn finished_tasks_are_taken_again_and_torn_lines_are_not() {
     assert!(Journal::open(&path).expect("readable").has(&tasks[3]));
 }
 
-/// The fifth state of the search differs from the sixth in nothing that the default optimiser finds on these surfaces.
+/// The fifth state of the search gives the same results as the sixth with the default optimiser on these surfaces.
 #[test]
 fn rows_of_another_state_of_the_search_are_not_taken() {
     let task = optimizer_tasks("auto", false).remove(0);
@@ -93,7 +93,7 @@ fn rows_of_another_state_of_the_search_are_not_taken() {
     }
 }
 
-/// A task that is stopped on the way leaves no row.
+/// A task that is stopped early leaves no row.
 #[test]
 fn a_task_that_is_stopped_is_not_kept() {
     let Some(shared) = common::shared("a_task_that_is_stopped_is_not_kept") else { return };
@@ -122,7 +122,7 @@ fn report_of(tasks: &[OptimizerTask], row: &dyn Fn(&OptimizerTask) -> Option<Opt
     OptimizerReport::new("auto", tasks, &Journal::open(&path).expect("readable"))
 }
 
-/// The same for a score each.
+/// The same with one score each.
 fn report(tasks: &[OptimizerTask], scores: &dyn Fn(&OptimizerTask) -> Option<f64>) -> OptimizerReport {
     report_of(tasks, &|task| Some(outcome(task, scores(task)?)))
 }
@@ -134,7 +134,7 @@ fn met(report: &OptimizerReport) -> Vec<Option<bool>> {
 #[test]
 fn a_target_is_met_only_by_all_its_tasks() {
     let tasks = optimizer_tasks("auto", false);
-    // All values within the targets, but for the spread: 2 % from replicate to replicate.
+    // All values are within the targets except the spread: 2 % from replicate to replicate.
     let good = report(&tasks, &|task| Some(if task.model_id == 1 { 0.3789 } else { 0.2834 }));
     assert_eq!(met(&good), [[Some(true); 5].as_slice(), &[Some(false); 3]].concat());
     assert!(good.table().contains("MISSED") && good.table().lines().all(|line| line.chars().count() <= 80));
@@ -191,7 +191,7 @@ fn a_part_of_the_surfaces_decides_nothing_about_all() {
     assert!(hard.goal.contains("convention paper, all 36 surfaces known as hard"), "{}", hard.goal);
 }
 
-/// Two surfaces of another spread than the others: the middle of an even number lies between two values.
+/// Two surfaces with another spread than the others: the median of an even number lies between two values.
 #[test]
 fn the_median_of_an_even_number_lies_in_the_middle() {
     let mut tasks = optimizer_tasks("auto", true);
@@ -226,7 +226,7 @@ fn the_command_goes_on_where_it_was() {
     assert_eq!(std::fs::read_to_string(&journal).expect("a journal").lines().count(), 1);
 }
 
-/// The program starts itself and takes the time; the limit is printed, not tested, because tests run beside each other.
+/// The program starts itself and measures the time; the limit is printed, not tested, because tests run in parallel.
 #[test]
 fn one_calibration_is_timed_from_start_to_end() {
     let Some(shared) = common::shared("one_calibration_is_timed_from_start_to_end") else { return };

@@ -426,7 +426,7 @@ fn a_platoon_needs_one_time_axis() {
 
 #[test]
 fn a_run_that_crashes_says_when_and_why_everywhere() {
-    // A controller that pushes forward whatever the car ahead does.
+    // A controller that pushes forward, whatever the car ahead does.
     let fix = ["k_s=0.01", "k_v=0.01", "k_0=5", "v_0=35", "d_0=-900", "t_h=0.1"];
     let mut text_of = fs::read_to_string(calibrated("before_the_crash", &[]).join("result.json")).unwrap();
     let mut result: Value = serde_json::from_str(&text_of).unwrap();

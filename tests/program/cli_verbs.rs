@@ -1,5 +1,5 @@
-//! The command line beyond `tests/program/cli.rs`: help, names that are nearly right, completions, manual pages, `--quiet`, extensions, reports,
-//! column maps.
+//! The command line beyond `tests/program/cli.rs`: help, misspelt names, completions, manual pages, `--quiet`, extensions, reports, column
+//! maps.
 
 use crate::common::program::{fails, leadlag, ok, scratch, stderr, text};
 use serde_json::Value;
@@ -81,7 +81,7 @@ fn every_verb_has_an_example_that_starts_with_it() {
     }
 }
 
-/// Output of `leadlag WORDS --help`, in a terminal of which at most COLUMNS is known.
+/// Output of `leadlag WORDS --help`, in a terminal with at most COLUMNS columns.
 fn help(words: &[String], columns: Option<&str>) -> String {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadlag"));
     command.args(words).arg("--help").env_remove("COLUMNS").envs(columns.map(|columns| ("COLUMNS", columns)));
@@ -96,7 +96,7 @@ fn help_takes_80_columns_unless_the_terminal_says_otherwise() {
     for verb in &found {
         let text = help(verb, None);
         assert!(widest(&text) <= 80, "{verb:?} takes {} columns:\n{text}", widest(&text));
-        // A command that is cut by the margin cannot be copied: each is as long in a wider terminal.
+        // A command that is cut by the margin cannot be copied, so each has its full length in a wider terminal.
         let commands =
             |text: &str| text.lines().filter(|line| line.starts_with("  leadlag ")).map(str::to_owned).collect();
         let (narrow, wide): (Vec<String>, Vec<String>) = (commands(&text), commands(&help(verb, Some("100"))));
@@ -210,7 +210,7 @@ fn every_environment_variable_is_documented() {
         }
     }
     assert!(names.contains("LEADLAG_NO_GPU") && names.len() >= 4, "{names:?}");
-    // Those of the tests are explained to developers.
+    // Variables of the tests are documented for developers.
     let pages = ["docs/CLI.md", "CONTRIBUTING.md"].map(|page| fs::read_to_string(root.join(page)).expect(page));
     let missing: Vec<&String> =
         names.iter().filter(|name| !pages.iter().any(|page| page.contains(name.as_str()))).collect();
@@ -295,7 +295,7 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
     );
     // The command that made it, and its warnings.
     assert!(html.contains("The command: <code>leadlag calibrate ") && html.contains("--max-evaluations 300"));
-    assert!(!html.contains("What the command warned of"));
+    assert!(!html.contains("Warnings of the command"));
     ok(&[&["calibrate", text(pair()), "--smooth", "--joint", "--out", text(&fit)], &search[..]].concat());
     let run = fit.join("run.json");
     let made =
@@ -326,7 +326,7 @@ fn what_is_likely_a_mistake_is_warned_of() {
     assert!(!calibrate(file, &[]).contains("warning"));
     assert!(calibrate(file, &["--vehicle", "bmw_x5"]).contains("--vehicle changes nothing: variant idm has neither"));
     assert!(calibrate(file, &["--grade", "level"]).contains("--grade changes nothing: variant idm has neither"));
-    // Another unit than the name of the column promises.
+    // The unit differs from that in the name of the column.
     let feet = folder.join("feet.csv");
     let mut reader = csv::Reader::from_path(pair()).expect("a table");
     let header = reader.headers().expect("a header").clone();
@@ -386,7 +386,7 @@ fn a_table_with_a_column_map_is_inspected_and_calibrated_by_vehicle_id() {
     assert!((mapped - plain).abs() < 1e-3 * plain, "{mapped} by the map, {plain} by the pair file");
 }
 
-/// As many candidates a generation as are asked for, and no other optimiser's number.
+/// The requested number of candidates per generation, and no other optimiser's.
 #[test]
 fn the_population_of_a_genetic_algorithm_is_chosen() {
     let out = scratch("cli_verbs", "population").join("fit");
@@ -394,7 +394,7 @@ fn the_population_of_a_genetic_algorithm_is_chosen() {
     let ga = ["--optimizer", "ga", "--population", "400", "--max-evaluations", "1000"];
     ok(&[&common[..], &ga].concat());
     let result: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
-    // 400, and as the parents are carried over 280 more in each generation.
+    // 400, and, because the parents are carried over, 280 more in each generation.
     assert_eq!((&result["population"], &result["evaluations"]), (&400.into(), &960.into()));
     let default = wrong(&[&common[..], &["--population", "400"]].concat());
     assert!(default.contains("add --optimizer ga or lshade"), "{default}");

@@ -1,5 +1,5 @@
-//! Refusals and warnings before the work: options without effect, parameters that the data do not determine, tables
-//! of which no row can be simulated.
+//! Refusals and warnings before the work: options without effect, parameters that the data do not determine, tables without a row that can
+//! be simulated.
 
 use crate::common::program::{leadlag, scratch, stderr, succeeds, text};
 use leadlag::internal::score::GoodnessOfFit;
@@ -116,7 +116,7 @@ fn a_road_that_nobody_has_placed_is_warned_of_by_every_verb_that_reads_it() {
     calibrate(&[text(&table)], &search);
     let said = stderr(&succeeds(&[&["simulate"], &drive[..], &[text(&table), "--result", text(&fit)]].concat()));
     assert!(said.contains(&warning), "{said}");
-    // A diagnosis tries the grade whatever its base model is; of this one the data are too short.
+    // A diagnosis tries the grade with any base model; these data are too short for one.
     let said = stderr(&leadlag(&[&["diagnose"], &drive[..], &[text(&table), "--base", "idm"]].concat()));
     assert!(said.contains(&warning), "{said}");
 }
@@ -211,7 +211,7 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
                 .contains("; to change this, use --bounds human (human drivers) or --bounds FILE.toml with `v_0 = ["),
         "{told}"
     );
-    // Two files of one name: which folder is whose.
+    // Two files of the same name: the folder of each.
     for (file, folder) in [(&one, "pair_follower1_follower1"), (&two, "pair_follower1_follower1_2")] {
         let line = format!("files of {}, follower 1, in {}", file.display(), other.join(folder).display());
         assert!(said.contains(&line), "expected {line:?} in:\n{said}");

@@ -1,4 +1,4 @@
-//! Every pair of a table by `calibrate --all`: one row each, whatever else is in the table, and nothing lost.
+//! Every pair of a table by `calibrate --all`: one row each, independent of the rest of the table, and no loss.
 //!
 //! `LEADLAG_KILLS=100` sets the number of kills; by default a few.
 
@@ -28,7 +28,7 @@ pub fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
     delayed_drives(numbers, samples, 0, 0.03)
 }
 
-/// The same of drivers who all perceive this many samples late, with noise of this size.
+/// The same with drivers who all perceive this many samples late, with noise of this size.
 fn delayed_drives(numbers: std::ops::Range<u64>, samples: usize, late: usize, noise: f64) -> String {
     let mut table = String::new();
     for number in numbers {
@@ -165,7 +165,7 @@ fn files_of_a_folder_are_one_fleet() {
     let (code, said) = fails(&["calibrate", text(&inside), "--all", "--model", "idm", "--out", text(&data)]);
     assert!(code == 2 && said.contains("would replace the input"), "{said}");
     fs::remove_file(inside).expect("it can be removed");
-    // Another data set does not go into the same folder.
+    // A folder refuses another data set.
     let (code, said) = fails(&[&all[..], &[text(&out), "--seed", "2"]].concat());
     assert!(code == 1 && said.contains("a fleet of other data, settings or program"), "{said}");
 }
@@ -305,7 +305,7 @@ fn a_killed_fleet_goes_on() {
         }
         let out = folder.join(format!("killed{turn}"));
         let mut lines = 0;
-        // Until it is through: each time it is hit somewhat later.
+        // Until it finishes: each kill comes somewhat later.
         for time in 1.. {
             let mut child = Command::new(env!("CARGO_BIN_EXE_leadlag"))
                 .args(command(&out))
@@ -354,7 +354,7 @@ fn intervals_of_short_drives_hold_the_truth() {
         }
     }
     println!("{held} of {all} intervals hold the truth");
-    // 95 % should; those of one drive come together, so that 90 % is two standard deviations below.
+    // 95 % should; intervals of one drive are correlated, so that 90 % is two standard deviations below.
     assert!(held * 10 >= all * 9, "{held} of {all} intervals hold the truth");
     assert!((100..400).contains(&all), "{all} of 400 parameters are determined");
 }

@@ -1,4 +1,4 @@
-//! Effects of data, laws and accidents on a fleet: drives that do not vary, laws that share a name, settings and journals that change.
+//! Effects of data, laws and failures on a fleet: drives that do not vary, laws that share a name, settings and journals that change.
 
 use crate::common::program::{fails, leadlag, ok, scratch, stderr, stdout, succeeds, text};
 use std::collections::{BTreeMap, BTreeSet};
@@ -119,7 +119,7 @@ fn parameters_that_would_be_another_column_are_refused() {
     assert!(!out.exists(), "before any work");
 }
 
-/// Whatever a simulation sees of a drive decides about the rows of it.
+/// Everything that a simulation reads of a drive affects its rows.
 #[test]
 fn a_fleet_of_another_second_car_is_another_one() {
     let folder = scratch("fleet_faults", "second_car");
@@ -184,7 +184,7 @@ fn a_row_that_does_not_fit_is_refused_with_its_line() {
     assert_eq!(fs::read_to_string(&journal).expect("written"), whole);
 }
 
-/// The same samples twice would make intervals narrower and a diagnosis surer than they are.
+/// The same samples twice would make intervals too narrow and a diagnosis too certain.
 #[test]
 fn a_drive_counts_once() {
     let folder = scratch("fleet_faults", "once");
@@ -212,7 +212,7 @@ fn a_drive_counts_once() {
     for done in [joint(&[one, other]), diagnose(&[one, other]), diagnose(&[one, "--holdout", other])] {
         assert!(done.status.success(), "{}", stderr(&done));
     }
-    // Each row alone is right; their summary is not.
+    // Each row is correct; their summary is not.
     let command = |files: &[&str], name: &str| {
         let more = ["--all", "--model", "idm", "--no-intervals", "--out"];
         let said = succeeds(&[&["calibrate"], files, &SETTINGS[..], &more[..], &[text(&folder.join(name))]].concat());
@@ -245,7 +245,7 @@ fn a_formula_among_the_ids_is_told() {
     assert!(stderr(&done).contains("begins like a formula, which a spreadsheet"), "{}", stderr(&done));
 }
 
-/// The id of a driver is his name: where drives are listed, chosen and tabulated.
+/// The id of a driver is the driver's name: where drives are listed, chosen and tabulated.
 #[test]
 fn drivers_are_called_by_their_ids() {
     let folder = scratch("fleet_faults", "ids");
@@ -273,7 +273,7 @@ fn drivers_are_called_by_their_ids() {
         shown.contains("\ntrajectory D03\n") && !shown.contains("trajectory D01\n"),
         "the longest in full: {shown}"
     );
-    // Without the group, the message asks for the column that distinguishes drives; the surplus column of one value is none.
+    // Without the group, the message asks for the column that distinguishes drives; the surplus column with one value does not.
     let nameless = fs::read_to_string(&map).expect("written").replace("group = { name = \"driver\" }\n", "");
     let nameless = file(&folder, "nameless.toml", &nameless);
     let (code, said) = fails(&["inspect", text(&table), "--columns", text(&nameless)]);
@@ -301,7 +301,7 @@ fn drivers_are_called_by_their_ids() {
     let all = folder.join("all");
     ok(&fleet(&table, &all, &[&columns[..], &["--model", "idm"]].concat()));
     assert!(rows(&all).iter().all(|row| row["name"] == row["trajectory"] && row["name"].starts_with("D0")));
-    // A driver simulated by his id with the row of the table scores the same there.
+    // A driver simulated by id with the row of the table has the same score there.
     let simulate = |result: &Path, more: &[&str]| {
         leadlag(&[&["simulate", text(&table), "--result", text(result), "--json"], &columns[..], more].concat())
     };

@@ -1,4 +1,4 @@
-//! Files and surroundings that mean no good: each ends in a message, in bounded memory, never in a panic or a signal.
+//! Hostile files and environments: each ends in a message, in bounded memory, never in a panic or a signal.
 
 use crate::common::program::{fails, ok, scratch, stderr, text};
 use serde_json::{Value, json};
@@ -36,11 +36,11 @@ fn a_result_that_contradicts_itself_is_refused() {
             |r| r["bounds"]["t_h"] = json!([2.0, 1.0]),
             "bounds: t_h: expected a lower and an upper end, found [2, 1]",
         ),
-        ("touched", |r| r["at_bound"] = json!(["zz"]), "at_bound: found zz, which variant idm+linear has not"),
+        ("touched", |r| r["at_bound"] = json!(["zz"]), "at_bound: found zz, which variant idm+linear does not have"),
         (
             "interval",
             |r| r["intervals"] = json!({"zz": [0.0, 1.0]}),
-            "intervals: found zz, which variant idm+linear has not",
+            "intervals: found zz, which variant idm+linear does not have",
         ),
         ("law", |r| r["law"] = json!({"name": "w99"}), "law: found w99, which is not the base of variant idm+linear"),
         ("matrix", |r| r["identifiability"] = known(json!([[1.0, 0.9]])), "matrix: expected 2 rows of 2 numbers"),
@@ -49,8 +49,16 @@ fn a_result_that_contradicts_itself_is_refused() {
         ("no_id", |r| r["model_id"] = json!(4711), "found 4711"),
         ("variant", |r| r["variant"] = json!("idn"), "idn"),
         ("unit", |r| r["units"]["v_0"] = json!("km/h"), "units: expected v_0 in m/s, found km/h"),
-        ("foreign_unit", |r| r["units"]["k_s"] = json!("-"), "units: found k_s, which variant idm+linear has not"),
-        ("foreign", |r| r["parameters"]["k_s"] = json!(1.0), "parameters: found k_s, which variant idm+linear has not"),
+        (
+            "foreign_unit",
+            |r| r["units"]["k_s"] = json!("-"),
+            "units: found k_s, which variant idm+linear does not have",
+        ),
+        (
+            "foreign",
+            |r| r["parameters"]["k_s"] = json!(1.0),
+            "parameters: found k_s, which variant idm+linear does not have",
+        ),
         ("missing", |r| drop(r["parameters"].as_object_mut().unwrap().remove("v_0")), "parameter v_0 is missing"),
         ("bounds", |r| drop(r["bounds"].as_object_mut().unwrap().remove("v_0")), "bounds: v_0 is missing"),
         ("extension", |r| r["extensions"] = json!([{"name": "none"}]), "extension none: there is no built-in one"),
@@ -118,7 +126,7 @@ fn tables_without_line_ends_are_not_read_to_their_end() {
     }
 }
 
-/// Twice as many take twice as long: a tenth of these took as long when each cell looked at all rows.
+/// Twice as many take twice as long; a tenth of these took as long when each cell read all rows.
 #[test]
 fn a_page_of_many_replicates_is_made_in_seconds() {
     let folder = scratch("hostile", "replicates");
@@ -160,7 +168,7 @@ fn a_table_of_cases_of_many_columns_is_refused_in_a_line() {
 #[cfg(unix)]
 fn limited(limit: &str, arguments: &[&str]) -> String {
     let mut command = Command::new("sh");
-    // A heap per thread takes address space that has nothing to do with the test.
+    // A heap per thread takes address space that is irrelevant to the test.
     command.env("RAYON_NUM_THREADS", "1");
     command.args(["-c", &format!("{limit}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_leadlag")]).args(arguments);
     refused(command.output().expect("a shell"))
@@ -178,7 +186,7 @@ fn refused(output: Output) -> String {
     said
 }
 
-/// Stacks that no machine has room for represent a system that lets a process start no thread.
+/// Stacks that are too large for any machine represent a system that does not let a process start a thread.
 #[test]
 fn without_threads_there_is_a_message() {
     let file = calibrated().join("platoon.csv");

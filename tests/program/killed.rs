@@ -1,4 +1,5 @@
-//! Folders of results change as a whole: killed at any moment, a calibration, a merge and a synthetic drive leave the old files or the new ones.
+//! Folders of results change as a whole: killed at any moment, a calibration, a merge and a synthetic drive leave the old files or the new
+//! ones.
 //!
 //! `LEADLAG_KILLS=200` sets the number of kills; by default a few.
 
@@ -24,7 +25,7 @@ fn visible(folder: &Path) -> Files {
     let files = entries.filter(|entry| {
         entry.path().is_file() && entry.file_name() != "timing.json" && entry.file_name() != "run.json"
     });
-    // A file may go while one looks.
+    // A file may disappear during the listing.
     files.filter_map(|file| Some((file.file_name().into_string().ok()?, fs::read(file.path()).ok()?))).collect()
 }
 
@@ -42,10 +43,10 @@ impl Moments {
     }
 }
 
-/// Starts a command and waits until it begins to change the folder; none if it ended before that was seen.
+/// Starts a command and waits until it begins to change the folder; none if it ended before that was detected.
 fn begun(command: &[&str], folder: &Path) -> Option<std::process::Child> {
     let new = folder.join(".leadlag-new");
-    // Files that the one before has left would count as a beginning.
+    // Files left by the previous one would count as a start.
     let _ = fs::remove_dir_all(&new);
     let mut child = Command::new(env!("CARGO_BIN_EXE_leadlag"));
     let child = child.args(command).stdin(Stdio::null()).stdout(Stdio::null()).stderr(Stdio::null());

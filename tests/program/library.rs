@@ -1,4 +1,4 @@
-//! The library returns by its facade the same bytes as the program.
+//! The facade of the library returns the same bytes as the program.
 
 use crate::common::program::{ok, scratch, text};
 use leadlag::{Calibration, Diagnosis, Evaluator, Fit, Fleet, Pairs, Reading, Values, read, synthetic};

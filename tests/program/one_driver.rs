@@ -5,7 +5,7 @@ use leadlag::internal::optimize::{normal, stream};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
 
-/// A pair file of an IDM driver with this time gap [s], noise and a leader of his own.
+/// A pair file of an IDM driver with this time gap [s], noise and a separate leader.
 fn file(folder: &Path, name: &str, t_h: f64, seed: u64) -> PathBuf {
     let mut rng = stream(seed, 0, 0, 0);
     let mut table = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();

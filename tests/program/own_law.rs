@@ -1,4 +1,4 @@
-//! A user's law, in a file: it can do everything that a base model of the paper can.
+//! A user's law in a file can do everything that a base model of the paper can.
 
 use crate::common::program::{fails, ok, scratch, text};
 use leadlag::{Calibration, Fit, Law, Study, read, synthetic};
@@ -70,7 +70,7 @@ fn it_is_calibrated_and_its_result_needs_no_file() {
     let told = ok(&[&["calibrate", text(&file)][..], &words].concat());
     assert!(told.contains("my_fvdm+delay+linear") && told.contains("rate of the relaxation"), "{told}");
     let result = json(&out.join("result.json"));
-    // The parameters of the paper that it names, the parts', and its own: none that nothing reads.
+    // The parameters of the paper that it names, those of the parts, and its own; all of them are read.
     let names: Vec<&str> = result["parameters"].as_object().expect("a table").keys().map(String::as_str).collect();
     assert_eq!(names, ["v_0", "d_0", "t_h", "tau_p", "tau_a", "kappa", "lambda"]);
     assert_eq!(result["bounds"]["v_0"], serde_json::json!([1.0, 70.0]), "of the set, as for every model");
@@ -86,7 +86,7 @@ fn it_is_calibrated_and_its_result_needs_no_file() {
     ok(&["report", text(&out), "--out", text(&page)]);
     assert!(fs::read_to_string(page).expect("it was written").contains("my_fvdm+delay+linear"));
 
-    // By its text in the library: the same bytes.
+    // From its text in the library: the same bytes.
     let model = Law::from_text("my_fvdm", FVDM).and_then(|law| law.with("+delay+linear")).expect("a law");
     let fit = model
         .calibration()
@@ -97,7 +97,7 @@ fn it_is_calibrated_and_its_result_needs_no_file() {
     assert_eq!(fit.expect("feasible").to_json(), written);
 }
 
-/// Derivatives know nothing of a law but its text: on a law of a stranger and on laws of others they come as far as a long search by scores,
+/// Calibration by derivatives needs only the text of a law: on an unknown law and on others it comes as far as a long search by scores,
 /// with a fraction of its simulations. The share is the gain at which a descent ends.
 #[test]
 fn auto_comes_as_far_as_a_long_search() {
@@ -184,7 +184,7 @@ bounds = { kappa = [0.1, 1.0] }
     .expect("the folder can be written");
     let study = folder.join("study");
     ok(&["study", "plan", text(&plan), "--out", text(&study)]);
-    // The text kept in the study is enough.
+    // The text stored in the study is enough.
     fs::remove_file(&law).expect("it is there");
     fs::remove_file(&plan).expect("it is there");
     let by_library = Study::open(&study).expect("it is there");
@@ -204,7 +204,7 @@ bounds = { kappa = [0.1, 1.0] }
         let (base, own) = (of(row, "base"), of(row, "kappa_per_s"));
         assert_eq!(own.is_empty(), base == "idm" || base == "krauss", "{base}: kappa {own}");
         assert!(own.is_empty() || (0.1..=1.0).contains(&own.parse().expect("a number")), "{own}");
-        // One of each variant on each trajectory, and it is the best of itself.
+        // One of each variant on each trajectory, and it is trivially the best.
         assert_eq!(of(row, "is_best"), "true", "{row:?}");
     }
     let bases: std::collections::BTreeSet<String> = rows.iter().map(|row| of(row, "base")).collect();

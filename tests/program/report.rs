@@ -6,9 +6,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// Seconds that are long enough for most causes, and short enough for a test.
+/// Length in seconds that is enough for most causes, and short enough for a test.
 const SHORT: u32 = 240;
-/// Seconds that show both settings of the gap on the two thirds that are trained on.
+/// Length in seconds that shows both settings of the gap on the two thirds for training.
 const LONG: u32 = 600;
 
 fn demo(hide: &str, seconds: u32) -> (String, PathBuf) {
@@ -40,7 +40,7 @@ fn check_ending(said: &str, folder: &Path) -> Value {
     let page = fs::read_to_string(folder.join("report.html")).expect("written");
     let reason = diagnosis["reason"].as_str().expect("a sentence");
     assert!(page.contains(&reason.replace('<', "&lt;").replace('>', "&gt;")) && page.len() < 5_000_000, "{reason}");
-    // Each printed command can be typed: it names the files of this folder, which are there.
+    // Each printed command can be typed: it names existing files of this folder.
     for line in said.lines().filter(|line| line.starts_with("$ leadlag ") && line.contains(" > ")) {
         let log = line.rsplit(" > ").next().expect("a file");
         assert!(Path::new(log).exists(), "{line}");
@@ -61,7 +61,7 @@ fn found(hide: &str, seconds: u32) {
     for file in ["platoon.csv", "Slope.csv"] {
         assert!(!fs::read_to_string(folder.join(file)).expect("written").contains(&name), "{file}");
     }
-    // The extended model was calibrated on the same stretch, and both were tried on the rest.
+    // The extended model was calibrated on the same stretch, and both were tested on the rest.
     let [base, extended] = ["base", "extended"].map(|model| {
         let result = json(&folder.join(model).join("result.json"));
         let run = json(&folder.join(format!("{model}_held_back.json")));
@@ -80,7 +80,7 @@ fn found(hide: &str, seconds: u32) {
     go_on(&folder, &diagnosis, &base.0["data"][0]["window_s"]);
 }
 
-/// The command that the diagnosis ends with can be pasted into a shell, and calibrates on the training data.
+/// The last command of the diagnosis can be pasted into a shell, and calibrates on the training data.
 fn go_on(folder: &Path, diagnosis: &Value, trained: &Value) {
     let said = fs::read_to_string(folder.join("diagnosis.txt")).expect("kept");
     let flat: Vec<&str> = said.split_whitespace().collect();
@@ -160,7 +160,7 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
     let carried = html.split("id=\"result\">").nth(1).and_then(|rest| rest.split("</script>").next()).expect("a twin");
     let written = fs::read_to_string(&result).expect("written");
     assert_eq!(carried.replace("\\u003c", "<"), written);
-    // Nothing from elsewhere is loaded or run, and a browser without scripts shows what is missing.
+    // Nothing is loaded or run from elsewhere, and a browser without scripts shows what is missing.
     let policy = html.find("Content-Security-Policy\" content=\"default-src 'none'; ").expect("a policy");
     assert!(["<style", "<script", "<link"].iter().all(|tag| html.find(tag).is_some_and(|at| at > policy)));
     assert!(!html[policy..].lines().next().expect("a line").contains("http"));
@@ -264,7 +264,7 @@ fn a_simulation_of_another_drive_is_neither_mixed_with_a_calibration_nor_drawn_w
         assert!(code == 2 && said.contains("holds the diagnosis.json of a diagnosis"), "{said}");
     }
 
-    // A drive as long as the own one, and a shorter one.
+    // A drive as long as that of the result, and a shorter one.
     let report = || stderr(&succeeds(&["report", text(&fit), "-o", text(&page)]));
     assert!(!report().contains("warning"));
     for (cut, told) in
@@ -301,7 +301,7 @@ fn a_calibration_leaves_no_file_of_the_one_before_it_in_its_folder() {
     assert_eq!(names(), ["plot.svg", "plot_of_mine.svg", "result.json", "run.json", "simulation.csv", "timing.json"]);
     let said = stderr(&calibrate(&[&one]));
     assert!(!said.contains("files of an earlier result"), "{said}");
-    // Files that no result has written must not be removed, whatever their names, and least of all input files.
+    // Files that do not come from a result must not be removed, whatever their names, and least of all input files.
     let own = folder.join("own");
     fs::create_dir(&own).expect("made");
     let inputs = ["simulation_1.csv", "simulation_2.csv"].map(|name| own.join(name));

@@ -183,7 +183,7 @@ fn an_export_that_fails_changes_nothing() {
     let sumo = folder.join("sumo");
     ok(&["export", "sumo", text(&folder), "--no-run"]);
     let before = fs::read(sumo.join("vtype.add.xml")).expect("it was exported");
-    // Another result, and a SUMO that ends as soon as it is to drive.
+    // Another result, and a SUMO that ends as soon as it has to drive.
     calibrated("failing", "l-cth", &[]);
     let program = folder.join("ends");
     fs::write(
@@ -200,7 +200,7 @@ fn an_export_that_fails_changes_nothing() {
     assert_eq!(names(&sumo), ["loss.json", "run.json", "vtype.add.xml"]);
 }
 
-/// The page of a calibration, which knows of its export.
+/// The page of a calibration that has an export.
 fn report(folder: &Path) -> String {
     let page = folder.join("report.html");
     ok(&["report", text(folder), "-o", text(&page)]);
@@ -231,7 +231,7 @@ fn what_sumo_has_not_is_refused() {
     assert!(message.contains("no SUMO found: nowhere/sumo cannot be run; install it"), "{message}");
 }
 
-/// SUMO computes Eqs. 2, 3 and 1 in f64, in another order; over 1200 steps only that remains \[m, m/s, m/s2\].
+/// SUMO computes Eqs. 2, 3 and 1 in f64, in another order; over 1200 steps only this difference remains \[m, m/s, m/s2\].
 const ROUNDING: f64 = 1e-8;
 
 #[test]

@@ -1,4 +1,4 @@
-//! Files as users have them: their content as read, and the messages. Synthetic drives, written here.
+//! Files in the form in which users have them: their content as read, and the messages. Synthetic drives, written here.
 
 use crate::common::parquet_table::parquet;
 use crate::common::program::{fails, leadlag, scratch, stderr, stdout, succeeds, text};
@@ -7,7 +7,8 @@ use std::fmt::Write as _;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// A car that swings about 20 m/s and one behind it: time, speed and position of both, gap. Every tenth of a second for `seconds`.
+/// A car whose speed oscillates around 20 m/s and one behind it: time, speed and position of both, gap. Every tenth of a second for
+/// `seconds`.
 fn drive(seconds: f64) -> Vec<[f64; 6]> {
     let lead = |t: f64| (20.0 + 3.0 * (0.2 * t).sin(), 100.0 + 20.0 * t - 15.0 * (0.2 * t).cos());
     let rows = 0..=(seconds * 10.0) as u32;
@@ -102,7 +103,7 @@ fn bounds_of_human_drivers_are_a_set_of_their_own() {
         human["bounds_from"].as_str().unwrap().starts_with("human: Rafati Fard and Shariat Mohaymany (2019)"),
         "{human}"
     );
-    // A file comes after a set, and a fixed value after both.
+    // A file takes precedence over a set, and a fixed value over both.
     let both = result("both", &["--bounds", "human", "--bounds", text(&own), "--fix", "delta=2"]);
     assert_eq!(both["bounds"]["v_0"], serde_json::json!([20.0, 40.0]));
     assert_eq!((&both["bounds"]["t_h"], &both["parameters"]["delta"]), (&serde_json::json!([0.1, 5.0]), &2.0.into()));
@@ -133,7 +134,7 @@ fn pieces() -> String {
     for (id, seconds) in [(0, 12.0), (1, 12.0), (2, 1.0), (3, 12.0)] {
         for (i, [t, v_l, _, v_f, _, gap]) in drive(seconds).into_iter().enumerate() {
             let v_f = if (id, i) == (3, 7) { "?".to_owned() } else { format!("{v_f:.4}") };
-            // Another gap each: the same drive twice is refused.
+            // Different gaps, because the same drive twice is refused.
             let gap = gap + f64::from(id);
             writeln!(text, "{id},{t:.1},-1,0,{v_l:.4},5,{v_f},{gap:.4}").unwrap();
         }
@@ -225,7 +226,7 @@ fn maps_have_constants_words_preambles_and_names_of_any_case() {
     assert!(said.contains("lines 1 to 2 not read") && said.contains("line 4 not read: units"), "{said}");
     assert!(said.contains("gap derived from positions and the length") && !said.contains("warning"), "{said}");
     let in_columns = map.replace("lead_length = 4.6\n", "") + "lead_length = 4.6\n";
-    // A constant among the columns is the same.
+    // A constant in place of the columns gives the same.
     assert_eq!(mapped("constants", &table, &in_columns), said);
 }
 
@@ -357,7 +358,7 @@ fn the_vehicle_ahead_is_found_by_lane_and_position() {
 fn positions_on_a_ring_go_on_where_a_lap_ends() {
     let ring = format!("lap_length = 160\n{TRACKS}");
     let said = mapped("ring", &tracks(Some(160.0)), &ring);
-    // On the ring a car is ahead of the first one, too.
+    // On the ring, the first car also has a car ahead.
     assert!(said.contains("5 pairs of a follower") && !said.contains("contradict"), "{said}");
     let (_, gaps) = said.split_once("vehicle 3 ").expect("it follows");
     assert!(gaps.lines().next().expect("its line").contains("35.5-35.5"), "{said}");
@@ -393,7 +394,7 @@ fn numbers_that_come_again_are_other_cars() {
 #[test]
 fn groups_of_pairs_that_begin_anew_or_are_broken_do_not_cost_the_others() {
     let mut table = "drive,t,vl,vf,gap\n".to_owned();
-    // Another gap each: identical rows would be used once.
+    // Different gaps, because identical rows would be used once.
     for (more, name, broken) in [(0.0, "a", false), (1.0, "a", false), (2.0, "b", true), (3.0, "c", false)] {
         for (i, [t, v_l, _, v_f, _, gap]) in drive(12.0).into_iter().enumerate() {
             let v_f = if broken && i == 9 { -7.0 } else { v_f };
@@ -441,7 +442,7 @@ fn a_broken_value_does_not_cost_the_later_ones_that_bear_its_name() {
             assert!(done == usable && (done || said.contains("found \"?\"")), "{name}, {id}: {said}");
         }
     }
-    // The speed of vehicle 3 at 1 s; the same numbers come again later.
+    // The speed of vehicle 3 at 1 s; the same numbers occur again later.
     let first = tracks(None).replacen("\n3,1.0,10.000,1,10.0,", "\n3,1.0,10.000,1,?,", 1);
     let later = tracks(None).lines().skip(1).fold(String::new(), |all, row| {
         let mut fields: Vec<&str> = row.split(',').collect();

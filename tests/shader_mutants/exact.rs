@@ -1,7 +1,7 @@
 //! Compensated motion against whole numbers: two words carry a sum that one word would round.
 //!
-//! Speeds near 2^30 m/s have a last bit of 2^-22 in f64, so that steps of 2^-30 are lost unless they are carried on. All
-//! products are exact by the choice of the numbers, so that whole numbers of 2^-60 give the sum.
+//! Speeds near 2^30 m/s have a last bit of 2^-22 in f64, so that steps of 2^-30 are lost unless they are carried. The numbers are chosen so
+//! that all products are exact, and whole numbers of 2^-60 give the sum.
 
 use leadlag::internal::lanes::Function;
 use leadlag::internal::optimize::stream;
@@ -14,8 +14,8 @@ const BITS: i32 = 60;
 /// up to 2^-20 has a last bit of 2^-73; a mutant loses 2^-30.
 const LOST_SPEED: i128 = 1 << 12;
 
-/// Error that the spacing may have: half of the last bit of the way driven in the step (2^27 m), which is one word by design; in a
-/// real drive that is 2^-23 m in f32, and not carried on.
+/// Allowed error of the spacing: half of the last bit of the distance driven in the step (2^27 m), which is one word by design; in a real
+/// drive that is 2^-23 m in f32, and not carried.
 const LOST_SPACING: i128 = (1 << 34) + LOST_SPEED;
 
 fn whole(x: f64) -> i128 {

@@ -1,4 +1,4 @@
-//! Shows whether the text of an extension, or the common text of all extensions, computes the results of the reference.
+//! Tests whether the text of an extension, or the common text of all extensions, computes the results of the reference.
 
 use crate::common::extended::{BASES, WHOLE_RUN, WHOLE_RUN_PERIODIC, case, spread, with};
 use leadlag::internal::evaluator::{Case, Evaluator, Job, Outcome, Population};

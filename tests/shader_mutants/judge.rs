@@ -1,4 +1,4 @@
-//! Shows whether a text computes the results of the reference, in f64 and without a GPU.
+//! Tests whether a text computes the results of the reference, in f64 and without a GPU.
 
 use super::exact;
 use super::shots::{Shot, shots};

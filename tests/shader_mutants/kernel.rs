@@ -1,4 +1,4 @@
-//! Shows whether a changed text still gives the same bits on the GPU: for the files that only a GPU runs unchanged.
+//! Tests whether a changed text still gives the same bits on the GPU: for the files that only a GPU runs unchanged.
 //!
 //! Other tests check that the unchanged text is right: they compare its bits with `lanes` and its scores with the reference.
 
@@ -20,7 +20,7 @@ const CHUNK: u32 = 13;
 /// A run on the GPU, and its result without any change, as text (shortest round-trip form: every bit counts).
 struct Scene {
     gpu: Gpu,
-    /// Run one after the other: data of the first in the buffers are wrong for the second.
+    /// Run one after the other, because data of the first in the buffers are wrong for the second.
     populations: [Population; 2],
     what: What,
     expected: String,
@@ -37,7 +37,7 @@ enum What {
     Observed,
 }
 
-/// An extension that reads and remembers everything.
+/// An extension that reads every value and keeps all of them in its state.
 const EVERYTHING: &str = "//! loop: look back by to
 struct Parameters {
     /// how long ago [s], -1 to 1, neutral 0
@@ -75,7 +75,7 @@ const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 11] = [
     ("l-cth", Precision::Plain, What::Scores, "rmse-sn-vn", 0.8, BoundRule::Clip),
     ("idm", Precision::Plain, What::Observed, "nrmse-sva", 0.8, BoundRule::Clip),
     ("idm+delay", Precision::Plain, What::Observed, "nrmse-sva", 0.8, BoundRule::Clip),
-    // A ring that does not fit into an invocation.
+    // A ring that does not fit into the memory of an invocation.
     ("l-idm+delay+constant", Precision::Plain, What::Scores, "nrmse-sva", 7.0, BoundRule::Clip),
     ("l-gipps+nonlinear+mfc", Precision::Plain, What::Scores, "nrmse-sva", 0.8, BoundRule::Clip),
     ("l-cth++", Precision::Plain, What::Observed, "nrmse-sva", 0.8, BoundRule::Clip),
@@ -137,7 +137,7 @@ fn cases(variant: Variant, convention: Convention, tau_p_upper: f64) -> Vec<Case
     let v_l = |i: usize| (12.0 - 0.9 * i as f64).max(0.0);
     drive(&mut stopping, 30.0, v_l, |i| if i == 0 { 7.5 } else { (9.0 - 0.5 * i as f64).max(0.0) });
 
-    // A follower that stands while the car ahead rolls back onto it, to a spacing of exactly 0; and almost, by a hair more or less.
+    // A follower that stands while the car ahead rolls back onto it, to a spacing of exactly 0, or slightly more or less.
     let towards = |rest: f64| {
         let mut standing = whole(samples, 0.0);
         let n = standing.s.len();
@@ -147,7 +147,7 @@ fn cases(variant: Variant, convention: Convention, tau_p_upper: f64) -> Vec<Case
         standing.s = s.into();
         standing
     };
-    // A start that is a crash already, or almost.
+    // A start that is a crash, or almost.
     let starting = |s: [f64; 2]| {
         let mut start = towards(0.5);
         let later = start.s[2..].to_vec();
@@ -193,7 +193,7 @@ fn weak_vehicle() -> Vehicle {
     Vehicle { mfc: Some(mfc), ..vehicle() }
 }
 
-/// Candidates all over the search space, and some beyond it: no number, overflow, a power that is too large, no reaction.
+/// Candidates all over the search space, and some beyond it: NaN, overflow, a power that is too large, no reaction.
 fn population_of(variant: Variant, convention: Convention, seed: u64) -> Population {
     let mut all = population(variant, convention, 150, seed);
     let mut changed = |symbol: Symbol, value: f64| {
@@ -224,7 +224,7 @@ impl Scene {
         // The authors' look-up jumps at the nodes of an MFC curve, and their denominators have a floor.
         let Convention { mfc, denominators, .. } = Convention::AUTHORS;
         let convention = Convention { bounds, mfc, denominators, ..Convention::PAPER };
-        // Rows of workgroups; buffers that are full, so that no word has room beside its place.
+        // Rows of workgroups; full buffers, so that no word has room beside its place.
         let limits = Limits { chunk: Some(CHUNK), workgroups: 3, binding: 1 << 15, ..Limits::NONE };
         let gof = gof.parse().expect("a goodness of fit");
         let cases = cases(variant, convention, tau_p_upper);

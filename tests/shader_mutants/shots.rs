@@ -1,4 +1,4 @@
-//! Single steps from states that no drive would show one after the other, and the results of the reference.
+//! Single steps from states that no drive would show in sequence, and the results of the reference.
 
 use leadlag::internal::catalog::{Controller, Variant};
 use leadlag::internal::convention::{Convention, Radicand};
@@ -27,7 +27,7 @@ pub struct Shot {
     pub road: [f64; 3],
     pub dx_l: f64,
     pub dt: f64,
-    /// Where the run starts: `starting_spacing` \[m\].
+    /// Start of the run: `starting_spacing` \[m\].
     pub start: f64,
     /// The step itself is too badly conditioned to be compared.
     pub start_only: bool,
@@ -37,7 +37,7 @@ pub struct Shot {
     pub flags: [bool; 3],
 }
 
-/// A bound itself in a third of the draws, else evenly between.
+/// A bound itself in a third of the draws, otherwise uniform between them.
 fn draw(random: &mut ChaCha8Rng, [lower, upper]: [f64; 2]) -> f64 {
     match random.random_range(0..6) {
         0 => lower,
@@ -46,7 +46,7 @@ fn draw(random: &mut ChaCha8Rng, [lower, upper]: [f64; 2]) -> f64 {
     }
 }
 
-/// One of some edges in half of the draws, else evenly between.
+/// One of several edge cases in half of the draws, otherwise uniform between them.
 fn edgy(random: &mut ChaCha8Rng, edges: &[f64], between: [f64; 2]) -> f64 {
     if random.random::<bool>() { edges[random.random_range(0..edges.len())] } else { draw(random, between) }
 }
@@ -92,7 +92,7 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
         mfc: Some(Mfc { v: vec![0.0, 50.0], a_ap: vec![a_ap; 2], a_dp: vec![a_dp; 2], source: None }),
         ..Vehicle::built_in().swap_remove(0)
     };
-    // A length would cost digits of a small spacing.
+    // A vehicle length would cost digits of a small spacing.
     let len_l = 0.0;
     let two = |a: f64, b: f64| -> Arc<[f64]> { [a, b].into() };
     let case = Case {
@@ -123,8 +123,8 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
     if run.failure.is_some_and(|f| f.kind == FailureKind::NotFinite) {
         return None;
     }
-    // Near zero the root of a radicand turns the last bit into a whole digit: no tolerance suits the results. A start
-    // that was shifted has a radicand of zero.
+    // Near zero the root of a radicand turns the last bit into a whole digit: no tolerance suits the results. A shifted start has a
+    // radicand of zero.
     let room = 2.0 * (start - p.d_0) - p.t_h * v_f - v_l * v_l / p.a_hat_min;
     let radicand = p.a_min * p.a_min * h * h - p.a_min * room;
     let start_only = variant.base.controller == Controller::Gipps && radicand.abs() < 1e-3;

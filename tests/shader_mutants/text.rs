@@ -10,7 +10,7 @@ pub struct Mutant {
     pub column: usize,
     /// The line as written, trimmed.
     pub source: String,
-    /// Such as `< -> <=`; the second of its kind on a line has ` (2)` behind it, and so on.
+    /// Such as `< -> <=`; the second one of its kind on a line is followed by ` (2)`, and so on.
     pub change: String,
     /// The whole file with the change.
     pub text: String,
@@ -66,7 +66,7 @@ fn tokens(text: &str) -> Vec<Token> {
 fn other_number(number: &str) -> Option<(String, String)> {
     if let Some(digits) = number.strip_prefix("0x") {
         let value = u32::from_str_radix(digits.trim_end_matches('u'), 16).expect("a hexadecimal number");
-        // A mask with one bit more or less, a bit pattern that is the next one.
+        // A mask with one bit more or less, and the next bit pattern.
         return Some((format!("0x{:x}u", value ^ 1), "last bit".to_owned()));
     }
     if number.contains('.') || number.contains('e') {

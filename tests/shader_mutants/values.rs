@@ -1,5 +1,5 @@
-//! Shows whether the functions of shaders/power.wgsl and shaders/exponential.wgsl still have the same values, to the bit, at many points
-//! and at all of their edges.
+//! Tests whether the functions of shaders/power.wgsl and shaders/exponential.wgsl still have the same values, to the bit, at many points
+//! and all edge cases.
 //!
 //! tests/equality/power.rs, and the probes of `leadlag doctor`, which compare it with its twin, check that the unchanged text is right.
 

@@ -39,7 +39,7 @@ pub fn plan_text(replicates: u32, evaluations: u32) -> String {
     plan_by("ga", replicates, evaluations)
 }
 
-/// The same by an optimiser of one's choice.
+/// The same by another optimiser.
 pub fn plan_by(optimizer: &str, replicates: u32, evaluations: u32) -> String {
     format!(
         r#"schema_version = 1
@@ -91,7 +91,7 @@ pub fn expected() -> &'static BTreeMap<String, Vec<u8>> {
     })
 }
 
-/// Merges, and returns the bytes of every file that comes of it.
+/// Merges, and returns the bytes of every resulting file.
 pub fn merged(study: &Path, further: &[&str]) -> BTreeMap<String, Vec<u8>> {
     let mut arguments = vec!["study", "merge", text(study)];
     arguments.extend(further);

@@ -1,7 +1,7 @@
-//! A full disk: an error that says so, no incomplete file, and the same bytes once there is room.
+//! A full disk: an error that reports it, no incomplete file, and the same bytes once there is room.
 //!
-//! Everywhere: a limit on the size of files, which makes every write of a part fail. Where the test may mount a file system (root on
-//! Linux): a real one of 48 KiB that fills up on the way; elsewhere that part is skipped by name.
+//! On every system: a limit on the size of files, which makes every write of a part fail. Where the test may mount a file system (root on
+//! Linux): a real one of 48 KiB that fills up during the run; elsewhere that part is skipped by name.
 
 #![cfg(unix)]
 

@@ -1,4 +1,4 @@
-//! Plans with extensions: part of a task, kept with the study, columns of their own.
+//! Plans with extensions: part of a task, stored with the study, separate columns.
 
 use super::common::{fails, leadlag, ok, plan_text, scratch, stderr, text};
 use leadlag::internal::study::{Plan, Study};
@@ -64,7 +64,7 @@ fn an_extended_study_keeps_the_text_and_tells_its_parameters() {
     // Only the folder of the study is needed from here on.
     fs::remove_file(file.with_file_name("soft.wgsl")).unwrap();
     ok(&["study", "run", text(&study)]);
-    // As the program advises where data, plan or program have changed.
+    // As the program advises if data, plan or program have changed.
     let tasks = fs::read(study.join("tasks.jsonl")).unwrap();
     ok(&["study", "plan", text(&study.join("plan.toml")), "--out", text(&study)]);
     assert!(fs::read(study.join("tasks.jsonl")).unwrap() == tasks, "the same tasks");
@@ -139,7 +139,7 @@ fn the_first_scored_sample_counts_the_delay_of_an_extension() {
     }
 }
 
-/// 25 s of a car behind two others, from a time on; steps of 1/8 s are the same to the last bit wherever they start.
+/// 25 s of a car behind two others, from a start time on; steps of 1/8 s are the same to the last bit for any start.
 fn pair(start: f64, lead2: f64) -> String {
     let head = "time_s,lead_speed_mps,speed_mps,spacing_m,lead2_speed_mps,lead2_spacing_m\n".to_owned();
     (0..200).fold(head, |mut text, i| {
@@ -150,8 +150,8 @@ fn pair(start: f64, lead2: f64) -> String {
     })
 }
 
-/// Ids of the tasks on drive A, which is always the same and is validated on drive B, of which the plan may say more. `folder` is the
-/// test's own: tests run side by side.
+/// Ids of the tasks on drive A, which is always the same and is validated on drive B, which the plan may describe further. `folder` is
+/// separate for each test, because tests run in parallel.
 fn ids_beside(folder: &Path, more: &str, b: &str) -> Vec<String> {
     fs::write(folder.join("a.csv"), pair(0.0, 15.0)).unwrap();
     fs::write(folder.join("b.csv"), b).unwrap();
@@ -188,7 +188,7 @@ fn cars_without_a_name_are_told_to_be_taken_for_one() {
     assert!(!apart.contains("do not name the cars"), "{apart}");
 }
 
-/// All input of a validation run decides the result of a task; so do the bytes of its file, whose checksum the part holds.
+/// All input of a validation run affects the result of a task; so do the bytes of its file, whose checksum the part holds.
 #[test]
 fn an_id_changes_with_what_is_read_of_the_other_drives_and_with_their_files() {
     let file = pair(0.0, 15.0);
@@ -206,7 +206,7 @@ fn an_id_changes_with_what_is_read_of_the_other_drives_and_with_their_files() {
     assert_eq!(ids("", &file), beside[0]);
 }
 
-/// The same numbers from another time on: the end of a run is given in the time of the file.
+/// The same numbers from another start time: the end of a run is given in the time of the file.
 #[test]
 fn an_id_changes_with_the_time_at_which_a_drive_begins() {
     let steady = |rows: std::ops::Range<i32>| {

@@ -1,4 +1,4 @@
-//! Killed at any moment, interrupted, started twice: nothing is lost but the tasks under way.
+//! Killed at any moment, interrupted, started twice: only the tasks under way are lost.
 
 use super::common::{
     command, data, expected, fails, files, merged, number_before, ok, part_names, plan_by, plan_text, planned, same,
@@ -14,7 +14,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant, SystemTime};
 
-/// Kills that must hit a run at work, with each of two optimisers; a sample does with an eighth.
+/// Number of kills that must hit a run at work, with each of two optimisers; a sample takes an eighth.
 const KILLS: usize = 25;
 /// Kills that must hit each of the short commands.
 const SHORT_KILLS: usize = 3;
@@ -24,7 +24,7 @@ fn start(study: &Path, batch: &str) -> Child {
     run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts")
 }
 
-/// When each part was written: a part that is there is never written again.
+/// Time at which each part was written: a finished part is never written again.
 fn written(study: &Path) -> BTreeMap<String, SystemTime> {
     let time = |name: &String| fs::metadata(study.join("parts").join(name)).unwrap().modified().unwrap();
     part_names(study).into_iter().map(|name| (name.clone(), time(&name))).collect()
@@ -75,7 +75,7 @@ fn kill_runs(optimizer: &str, evaluations: u32) {
         }
         middle += usize::from(after.len() > before.len());
         before = after;
-        // Should it be nearly done before it was killed often enough, a part of the work is taken away again.
+        // If it is nearly done before enough kills, part of the work is removed.
         if before.len() > 100 {
             let some: Vec<String> = before.keys().take(60).cloned().collect();
             for name in some {
@@ -182,7 +182,7 @@ fn at_work(study: &Path) {
     }
 }
 
-/// Sends a signal to a run at work; returns its output, and asserts that it ends in time, as one that was interrupted.
+/// Sends a signal to a run at work; returns its output, and asserts that it ends in time, as an interrupted one.
 #[cfg(unix)]
 fn signalled(run: Child, study: &Path, signal: &str, limit: Duration) -> String {
     at_work(study);
@@ -196,7 +196,7 @@ fn signalled(run: Child, study: &Path, signal: &str, limit: Duration) -> String 
     stderr(&output)
 }
 
-/// Ctrl-C, and the signal of schedulers when the time of a job is over.
+/// Ctrl-C, and the signal of schedulers at the end of a job's time.
 #[cfg(unix)]
 #[test]
 fn ctrl_c_or_a_scheduler_ends_it_within_a_second_and_it_says_how_to_go_on() {
@@ -236,7 +236,7 @@ fn planning_that_was_interrupted_over_another_plan_is_noticed_by_all() {
     let study = small("half_planned");
     ok(&["study", "run", text(&study)]);
     let other = planned("half_planned_other", &plan_text(3, 400));
-    // In this order they are written; the list of tasks would be next.
+    // They are written in this order; the list of tasks would be next.
     for name in ["plan.toml", "study.json"] {
         fs::copy(other.join(name), study.join(name)).unwrap();
     }
@@ -249,7 +249,7 @@ fn planning_that_was_interrupted_over_another_plan_is_noticed_by_all() {
     assert!(ok(&["study", "status", text(&study)]).contains("0 of 36 tasks are done"));
 }
 
-/// Generations of 880 calibrations take the reference longer than a run that was asked to stop waits for.
+/// Generations of 880 calibrations take the reference longer than a run waits after a request to stop.
 #[cfg(unix)]
 #[test]
 fn a_quiet_run_that_is_given_up_still_says_so() {
@@ -257,7 +257,7 @@ fn a_quiet_run_that_is_given_up_still_says_so() {
     let study = planned("ctrl_c_quiet", &plan);
     let mut run = command(&["-q", "study", "run", text(&study), "--batch", "1024", "--threads", "1"]);
     let run = run.stdout(Stdio::null()).stderr(Stdio::piped()).spawn().expect("the program starts");
-    // Given up after 0.7 s; a generation takes longer.
+    // Abandoned after 0.7 s; a generation takes longer.
     let said = signalled(run, &study, "-INT", Duration::from_secs(2));
     assert!(said.starts_with("error: interrupted: 0 of 2640 tasks are done"), "{said}");
 }

@@ -1,4 +1,4 @@
-//! Parts that are torn, double, contradictory, foreign or missing.
+//! Torn, duplicate, contradictory, foreign and missing parts.
 
 use super::common::{
     expected, fails, files, merged, number_before, ok, part_names, plan_text, planned, same, small, text,
@@ -26,7 +26,7 @@ fn status(study: &Path) -> serde_json::Value {
 fn torn_parts_are_noticed_and_computed_again() {
     let (study, paths) = finished("torn");
     let whole = fs::read(&paths[0]).unwrap();
-    // Empty, cut in the middle, cut before the checksum, one digit changed, garbage, zeros as a crash of a file system leaves them.
+    // Empty, cut in the middle, cut before the checksum, one digit changed, garbage, zeros as after a crash of a file system.
     let line = whole.iter().position(|b| *b == b'\n').unwrap();
     let mut changed = fs::read(&paths[3]).unwrap();
     let digit = changed.iter().rposition(|b| *b == b'7').unwrap();
@@ -56,7 +56,7 @@ fn torn_parts_are_noticed_and_computed_again() {
     let output = leadlag(&["study", "run", text(&study)]);
     assert_eq!(number_before(&stderr(&output), "computed"), 6);
     same(&merged(&study, &[]), expected(), "after torn parts");
-    // The leftover went with the next run.
+    // The next run removed the leftover.
     assert_eq!(status(&study)["unfinished"].as_array().unwrap().len(), 0);
 }
 
@@ -82,7 +82,7 @@ fn a_double_part_does_no_harm_and_a_contradiction_stops_the_merge() {
     );
     let shown = ok(&["study", "status", text(&study)]);
     assert!(shown.contains(&pair) && shown.contains("delete the wrong file of each pair"), "{shown}");
-    // Whatever sorts before it, the file with the name of its task is the first.
+    // The file with the name of its task is first, whatever sorts before it.
     let early = study.join("parts/000.json");
     fs::rename(&other, &early).unwrap();
     let pair = serde_json::json!([text(&early), text(&paths[1])]);

@@ -210,7 +210,7 @@ fn bounds_are_a_set_or_single_ones() {
     assert!(bounds("\"acc\"").is_empty());
 }
 
-/// A driver whose id two files have is one driver, and a warning names drivers without validation.
+/// A driver whose id occurs in two files is one driver, and a warning names drivers without validation.
 #[test]
 fn a_driver_is_known_by_the_id_in_training_and_test() {
     let folder = scratch("drivers");
@@ -394,7 +394,7 @@ fn the_length_of_the_car_ahead_is_that_of_the_pair_that_the_plan_names() {
     }
 }
 
-/// Into a pipe the tasks are listed; on a terminal a plan of thousands of them shows their number.
+/// Into a pipe the tasks are listed; on a terminal a plan with thousands of them shows their number.
 #[cfg(target_os = "linux")]
 #[test]
 fn tasks_are_listed_on_a_terminal_only_when_asked_for() {
@@ -438,7 +438,7 @@ fn a_plan_of_ones_own_is_not_replaced_by_the_copy_of_another() {
     assert_eq!(code, 2);
     assert!(said.contains("another plan, which the study's copy of this one would replace"), "{said}");
     assert_eq!(fs::read_to_string(&own).unwrap(), "precious");
-    // The plan itself may stay where it is.
+    // The plan itself may stay in place.
     fs::rename(&other, &own).unwrap();
     ok(&["study", "plan", text(&own), "--out", text(&folder)]);
 }
@@ -454,7 +454,7 @@ fn a_file_that_is_validated_on_itself_is_warned_of() {
     assert!(said.contains("S1 follower 1 and S2 follower 1 share 301 of 601 and 301 samples"), "{said}");
     let said = plan("two/platoon.csv\"");
     assert!(!said.contains(" share "), "{said}");
-    // Halves of one file are a split of it; they meet in a sample.
+    // Two halves of one file are separate drives that share a sample.
     let halves = plan_text(1, 300).replace("one/platoon.csv\"", "one/platoon.csv\"\nto_s = 30");
     fs::write(&file, halves.replace("two/platoon.csv\"", "one/platoon.csv\"\nfrom_s = 30")).unwrap();
     let said = stderr(&leadlag(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]));

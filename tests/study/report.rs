@@ -118,7 +118,7 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
     let summary = String::from_utf8(report["report.md"].clone()).unwrap();
     assert!(summary.contains("| agrees | IDM-based variants show almost no collision in validation"), "{summary}");
     assert!(!summary.contains("cannot tell") && summary.contains(" further statements cannot be judged"), "{summary}");
-    // The score itself is beside its share above the best, which changes by many percent where it is small.
+    // The score itself is shown with its share above the best, which changes by many percent if it is small.
     let scores = median(best.iter().filter(|row| row["variant"] == "idm").map(|row| number(row, "score")).collect());
     let head = "| id | variant | nrmse-sva | share above the best | paper | change of this share % | paper |";
     assert!(summary.contains(head) && summary.contains(&format!("| 1 | `idm` | {scores:.4} | ")), "{summary}");
@@ -131,7 +131,7 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
     ok(&["report", text(&study), "-o", text(&page)]);
     let html = fs::read_to_string(&page).unwrap();
     assert!(html.contains("<h1>Study ") && html.contains("<title>1 idm: median "), "figures tell their numbers");
-    // The answer comes first, and the statements that the study cannot decide are one line.
+    // The result comes first, and the statements that the study cannot decide are one line.
     let (before, rest) = html.split_once("</strong> Median NRMSE(s,v,a) there ").expect("an answer");
     assert!(before.contains("<p class=\"verdict\">") && !before.contains("</section>"));
     assert!(before.contains("unseen drives") && rest.contains("the larger of two nested variants always fits better"));
@@ -206,7 +206,7 @@ fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again(
     assert_eq!(order(&reported(&study, &["--partial"])), order(&whole));
 }
 
-/// The paper's tables are of NRMSE(s,v,a): none of them appears beside another measure, or judges it.
+/// The paper's tables are of NRMSE(s,v,a), so they neither appear beside another measure nor judge it.
 #[test]
 fn a_study_of_another_goodness_of_fit_is_not_put_beside_the_papers_numbers() {
     let plan = plan_text(1, 300).replace("replicates = 1", "replicates = 1\ngof = \"rmse-s\"");

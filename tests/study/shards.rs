@@ -1,4 +1,4 @@
-//! However the tasks are shared out, the merged bytes are the same.
+//! The merged bytes are the same for any division of the tasks.
 
 use super::common::{
     expected, fails, files, merged, ok, part_names, plan_by, planned, same, scratch, small, stderr, text,

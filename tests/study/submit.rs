@@ -92,7 +92,7 @@ fn the_number_of_jobs_follows_from_what_was_measured() {
 #[cfg(unix)]
 fn the_jobs_in_any_order_merge_to_the_same_bytes() {
     let before = small("submit_run");
-    // A name that a shell and SLURM would take apart.
+    // A name that a shell and SLURM would split.
     let study = before.with_file_name("it's 100% mine");
     let _ = fs::remove_dir_all(&study);
     fs::rename(&before, &study).unwrap();
@@ -111,7 +111,7 @@ fn the_jobs_in_any_order_merge_to_the_same_bytes() {
     assert!(!lost.status.success() && stderr(&lost).contains("this script is for sbatch"), "{lost:?}");
     assert_eq!(shell("merge.sh", None).status.code(), Some(1), "nothing is computed yet");
     let first = stderr(&shell("array.sh", Some(4)));
-    // The first job to come finds all the others' tasks, too: no other job works on them.
+    // The first job finds the tasks of all the others, too: no other job works on them.
     assert_eq!(number_before(&first, "computed"), 4, "{first}");
     assert!(first.contains("20 computed"), "{first}");
     for number in [6, 1, 2, 3, 5] {

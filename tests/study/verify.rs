@@ -27,7 +27,7 @@ fn a_changed_number_with_a_renewed_checksum_is_found_by_computing_again() {
     assert_eq!(code, 1);
     assert!(said.contains(&format!("calibration.score: found {changed}, computed ")), "{said}");
     assert!(said.contains("24 of 24 parts computed again") && said.contains("1 differ"), "{said}");
-    // A sound part of another machine must not be taken for a forged one.
+    // A valid part from another machine must not count as forged.
     assert!(said.contains("from another processor, library or device, whose last digits may differ"), "{said}");
     assert_eq!(part_names(&study), parts);
 

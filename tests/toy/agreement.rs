@@ -17,8 +17,8 @@ use leadlag::internal::wgsl::{Precision, extension_named};
 
 const GOF: GoodnessOfFit = GoodnessOfFit::NRMSE_SVA;
 
-/// Relative difference of scores over 1,000 samples. Not smaller: the same operations in f64 in another order, a run amplifies
-/// the last bit; f32 has 24 bits.
+/// Relative difference of scores over 1,000 samples. Not smaller: a run amplifies the last bit of the same operations in f64 in another
+/// order, and f32 has 24 bits.
 const CLOSE: [(&str, f64); 3] = [("f64", 1e-9), ("plain", 1e-4), ("compensated", 1e-4)];
 
 #[test]
@@ -80,7 +80,7 @@ fn scores(evaluator: &mut dyn Evaluator, population: &leadlag::internal::evaluat
     scores
 }
 
-/// The plant drives slower with it.
+/// With the cause, the plant drives slower.
 #[test]
 fn the_plant_has_the_new_cause() {
     let last = |effects: Vec<Effect>| {

@@ -1,4 +1,4 @@
-//! One case: diagnosed, and judged by its truth.
+//! Diagnoses one case and judges it by its truth.
 
 use super::plan::DiagnosisTask;
 use super::plant::planted;
@@ -16,9 +16,9 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 
-/// The verdict on a case that could not be made.
+/// The verdict on a case whose drives could not be made.
 const FAILED: &str = "failed";
-/// The verdict on a case that could be made, but whose diagnosis ended in an error.
+/// The verdict on a case whose diagnosis ended in an error.
 const UNDIAGNOSED: &str = "undiagnosed";
 
 /// Outcome of a case.
@@ -30,11 +30,11 @@ pub struct DiagnosisOutcome {
     pub task: DiagnosisTask,
     /// Planted parameters, as `cause.parameter`.
     pub truth: BTreeMap<String, f64>,
-    /// The verdict; `failed` if the case could not be made, `undiagnosed` if its diagnosis ended in an error.
+    /// The verdict; `failed` if the drives could not be made, `undiagnosed` if the diagnosis ended in an error.
     pub verdict: String,
     /// Why.
     pub reason: String,
-    /// Adopted causes; names only where the verdict names them.
+    /// Adopted causes; they are names only if the verdict says so.
     pub adopted: Vec<String>,
     /// Causes that could replace them.
     pub confounded_with: Vec<String>,
@@ -52,28 +52,28 @@ pub struct DiagnosisOutcome {
     /// Inflation, missing acceleration \[m/s²\] and its time constant \[s\] of the base.
     #[serde(default)]
     pub base: [f64; 3],
-    /// Of a named effect, NRMSE(s,v,a) of free simulations of the hold-out: base and extended model, both calibrated on the training
+    /// NRMSE(s,v,a) of free simulations of the hold-out, if an effect was named: base and extended model, both calibrated on the training
     /// drives, and the truth.
     #[serde(default)]
     pub gain: Option<[f64; 3]>,
-    /// Of one or two effects: the evidence for the truth, if the search had found it. Journals written before every case recorded it
-    /// lack it where the effects were named right.
+    /// Evidence for the truth, fitted from the planted values, in cases with one or two effects. Older journals lack it for effects that
+    /// were named right.
     #[serde(default)]
     pub known: Option<Known>,
-    /// Why that is missing; none if it is there, or was not requested.
+    /// Why `known` is missing; `None` if it is there, or was not requested.
     #[serde(default)]
     pub unknown: Option<String>,
-    /// The recommendation of the race over the training drives: no cause, or some. None if a journal lacks it.
+    /// Causes that the race recommends from the training drives; empty if it recommends none, `None` if a journal lacks the entry.
     #[serde(default)]
     pub recommended: Option<Vec<String>>,
-    /// Models that pass there at one horizon at least, with their p-values.
+    /// Models that pass the test of the race at one horizon at least, with their p-values.
     #[serde(default)]
     pub passing: Vec<(Vec<String>, f64)>,
 }
 
 impl DiagnosisOutcome {
-    /// Distance of the likeliest cause from a name: its evidence as a share of the threshold, in the first round; 0 if no cause gained
-    /// enough to be judged. A cause above the threshold that another check rejected does not count: no threshold would have rejected it.
+    /// Evidence of the likeliest cause in the first round, as a share of its threshold; 0 if no cause gained enough to be judged. A cause
+    /// above the threshold that failed another check does not count, because no threshold would have rejected it.
     #[must_use]
     pub fn nearest(&self) -> f64 {
         let first = self.tried.iter().filter(|(round, ..)| *round == 1);
@@ -109,13 +109,13 @@ impl DiagnosisOutcome {
         }
     }
 
-    /// True if there was a diagnosis, with any verdict.
+    /// True if the diagnosis ran, with any verdict.
     #[must_use]
     pub fn is_diagnosed(&self) -> bool {
         ![FAILED, UNDIAGNOSED].contains(&self.verdict.as_str())
     }
 
-    /// True if the race recommends something of the family of each planted effect.
+    /// True if the race recommends a cause of the family of each planted effect.
     #[must_use]
     pub fn is_recommended(&self) -> bool {
         let has = |truth: &String| self.recommended.iter().flatten().any(|name| family_of(name) == family_of(truth));
@@ -140,9 +140,8 @@ impl DiagnosisOutcome {
         (!close.is_empty()).then(|| close.iter().all(|close| *close))
     }
 
-    /// True if the data show the planted effect: the truth, fitted from its own values, gains more than the threshold on the training
-    /// data, of several causes each beside the others. False if that fit failed. A case without this entry in its journal,
-    /// for example one named right once, counts as shown.
+    /// True if the data show the planted effect: the truth, fitted from the planted values, gains more than the threshold on the training
+    /// data, each of several causes beside the others. False if that fit failed. A case whose journal lacks the entry counts as shown.
     #[must_use]
     pub fn is_shown(&self) -> bool {
         let gains = |known: &Known| {
@@ -153,12 +152,12 @@ impl DiagnosisOutcome {
     }
 }
 
-/// How a case is counted.
+/// How the benchmark counts a case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Judgement {
-    /// The truth, first and alone or first of a set; for a drive without an effect, or with an absorbed one: silence; for an effect outside
-    /// the library or another law: `unexplained` (or, for a law that the car cannot have, `bad_base`).
+    /// The truth, first and alone or first of a set; no name for a drive without an effect or with an absorbed one; `unexplained` for an
+    /// effect outside the library or another law (or `bad_base`, for a law that the car cannot have).
     Right,
     /// The truth of one effect is in the named set.
     InSet,
@@ -168,7 +167,7 @@ pub enum Judgement {
     Silent,
     /// Another cause is named.
     Wrong,
-    /// The case could not be made.
+    /// The drives could not be made.
     Failed,
 }
 
@@ -176,8 +175,8 @@ fn family_of(name: &str) -> &str {
     extension_named(name).map_or(name, Extension::family)
 }
 
-/// Judges an outcome: wrong as soon as it has an unplanted name. The phase family counts as one name in gusts, and
-/// drag and a headway that depends on speed, which are the same in steady state, always.
+/// Judges an outcome: wrong as soon as it has an unplanted name. In gusts, the phase family counts as one name. So do drag and a headway
+/// that depends on speed, always, because they are the same in steady state.
 #[must_use]
 pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
     let named = ["named", "ambiguous"].contains(&outcome.verdict.as_str());
@@ -223,13 +222,13 @@ pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
     }
 }
 
-/// Makes the drives of a case and diagnoses them, with the recommendation of the race.
+/// Makes the drives of a case, diagnoses them, and runs the race for its recommendation.
 #[must_use]
 pub fn diagnose_task(task: &DiagnosisTask) -> DiagnosisOutcome {
     diagnosed(task, true)
 }
 
-/// The same without the recommendation, which takes longer than the rest.
+/// The same without the race, which takes longer than the rest.
 #[must_use]
 pub fn infer_task(task: &DiagnosisTask) -> DiagnosisOutcome {
     diagnosed(task, false)
@@ -249,14 +248,14 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
             outcome.truth.insert(format!("{}.{}", effect.kind(), parameter.name), *value);
         }
     }
-    // Another family: the answer is the law of the neighbour in the list.
+    // For the kind `family`, the right answer is the law of the next base in the list.
     let base = match (task.kind.as_str(), task.base.as_str()) {
         ("family", "idm") => "l-cth",
         ("family", "l-cth" | "l-idm") => "gipps",
         ("family", _) => "idm",
         (_, base) => base,
     };
-    let variant: Variant = base.parse().expect("tasks name bases that there are");
+    let variant: Variant = base.parse().expect("tasks name existing bases");
     let effort = task.effort.parse().unwrap_or_default();
     let causes: Vec<&'static Extension> = library().iter().copied().filter(|e| e.cause.is_some()).collect();
     let bounds = crate::calibrate::Overrides::new();
@@ -297,7 +296,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
         if let (Ok(inference), Judgement::Right) = (&inference, judge(&outcome)) {
             outcome.gain = gains(&question, inference, &planted, &values);
         }
-        // Of the right ones too: whether the data show an effect must not depend on the answer.
+        // Also for right names: whether the data show an effect must not depend on the answer.
         (outcome.known, outcome.unknown) = match known(&question, &planted, &values) {
             Ok(Some(known)) => (Some(known), None),
             Ok(None) => (None, Some("neither the base nor the truth can be fitted to the drives".to_owned())),
@@ -334,7 +333,7 @@ fn law(controller: &Controller) -> Vec<(String, f64)> {
     fields.filter_map(|(name, value)| Some((name.clone(), value.as_f64()?))).collect()
 }
 
-/// Answer of a diagnosis, or why there is none.
+/// Fills in the answer of a diagnosis, or why there is none.
 fn fill(outcome: &mut DiagnosisOutcome, inference: &Result<Inference, DiagnoseError>) {
     let inference = match inference {
         Ok(inference) => inference,

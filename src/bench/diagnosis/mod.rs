@@ -1,7 +1,7 @@
-//! How well a diagnosis names a missing effect: effects planted in synthetic drives, and drives without any.
+//! How well a diagnosis names a missing effect: effects planted in synthetic drives, and drives without an effect.
 //!
-//! Everything is drawn from a seed: base, parameters, leader, noise, effect. Every finished case is one line of a journal, so that
-//! a stopped run can continue.
+//! A seed determines everything: base, parameters, leader, noise, effect. Each finished case is one line of a journal, so that a stopped
+//! run can continue.
 
 mod judge;
 mod plan;
@@ -31,11 +31,10 @@ pub struct DiagnosisJournal {
 }
 
 impl DiagnosisJournal {
-    /// Opens a journal, or starts one. An incomplete line, as of a killed run, is dropped, and so is one of another state of the
-    /// diagnosis ([`PROGRAM`]) is passed over.
+    /// Opens a journal, or starts one. It drops an incomplete line, which a killed run leaves, and skips lines of another revision of the
+    /// diagnosis ([`PROGRAM`]).
     ///
-    /// # Errors
-    /// [`BenchError::Write`] when the file cannot be read and written.
+    /// # Errors [`BenchError::Write`] when the file cannot be read or written.
     pub fn open(path: &Path) -> Result<DiagnosisJournal, BenchError> {
         let path = path.display().to_string();
         let error = |source| BenchError::Write { path: path.clone(), source };
@@ -66,7 +65,8 @@ impl DiagnosisJournal {
     }
 }
 
-/// Runs the cases that the journal does not have by [`diagnose_task`] or [`infer_task`]; `progress` gets the number done and the case that comes next, and may stop.
+/// Runs the cases that the journal lacks by [`diagnose_task`] or [`infer_task`]; `progress` gets the number of finished cases and the next
+/// case, and can stop the run.
 ///
 /// # Errors
 /// [`BenchError::Write`] when the journal cannot be written. A case that cannot be made or diagnosed is an outcome.

@@ -1,4 +1,4 @@
-//! Which cases are run.
+//! Selects the cases.
 
 use super::super::BenchError;
 use crate::optimize::stream;
@@ -7,22 +7,22 @@ use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use strum::VariantArray;
 
-/// A case: the planted effects, and everything that decides the drives.
+/// A case: the planted effects, and everything that determines the drives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DiagnosisTask {
     /// `one`, `pair`, `none`, `coloured`, `absorbed`, `outside` or `family`.
     pub kind: String,
-    /// The base that is planted: one of the five of the paper.
+    /// The planted base: one of the five of the paper.
     pub base: String,
-    /// The effects that are planted.
+    /// The planted effects.
     pub causes: Vec<String>,
-    /// Change of the follower's speed by each \[m/s\], root mean square.
+    /// Change of the follower's speed by each effect \[m/s\], root mean square.
     pub rms_mps: f64,
-    /// Gusts: their standard deviation \[m/s²\]; 0 without.
+    /// Standard deviation of the gusts \[m/s²\]; 0 without gusts.
     pub gusts_mps2: f64,
     /// Length of each of the three drives \[s\].
     pub duration_s: f64,
-    /// Decides parameters, leaders, noise.
+    /// Seed of parameters, leaders and noise.
     pub seed: u64,
     /// `quick`, `normal` or `thorough`.
     pub effort: String,
@@ -69,7 +69,7 @@ impl Ord for DiagnosisTask {
     }
 }
 
-/// Bases that the plant has, in the order of [`Base`].
+/// Bases of the plant, in the order of [`Base`].
 pub(super) const BASES: [&str; Base::VARIANTS.len()] = {
     let mut names = [""; Base::VARIANTS.len()];
     let mut k = 0;
@@ -91,14 +91,13 @@ pub const SIZES: [f64; 2] = [MEDIUM, 0.03];
 /// Gusts \[m/s²\].
 const GUSTS: f64 = 0.05;
 
-/// Largest number of cases of one seed: with more, their own seeds would be those of the next seed's cases.
+/// Largest number of cases of one seed: with more, cases of two seeds would share a seed.
 const MOST_CASES: usize = 1000;
-/// The largest seed, for which those of its cases still are whole numbers of 64 bits.
+/// The largest seed whose cases have seeds that fit into 64 bits.
 pub const LARGEST_SEED: u64 = u64::MAX / MOST_CASES as u64 - 1;
 
-/// The cases of a seed, shuffled so that any first part of them is a fair sample: per base every effect at
-/// all sizes \[m/s\], half of them in gusts; drives without any effect; absorbed effects, pairs, an
-/// effect outside the library, a base of another family.
+/// The cases of a seed, shuffled so that the first ones are a fair sample: per base every effect at all sizes \[m/s\], half of them in
+/// gusts; drives without an effect; absorbed effects, pairs, an effect outside the library, a base of another family.
 ///
 /// # Errors
 /// [`BenchError::Seed`] above [`LARGEST_SEED`]; [`BenchError::Cases`] with more than 1000 cases.
@@ -123,7 +122,7 @@ pub fn diagnosis_tasks(
             rms_mps,
             gusts_mps2: if gusty { GUSTS } else { 0.0 },
             duration_s,
-            // More than there are seeds for are refused below.
+            // The check below refuses more cases than there are seeds.
             seed: (seed * MOST_CASES as u64).wrapping_add(number),
             effort: effort.to_owned(),
         });

@@ -10,31 +10,31 @@ use crate::plant::{
 use crate::trajectory::{Preparation, import, prepare};
 use rand::RngExt;
 
-/// Drives with a known truth: two to train on, one held out.
+/// Drives whose truth is known: two to train on, one held out.
 #[derive(Debug, Clone)]
 pub struct Planted {
     /// Drives to train on.
     pub train: Vec<Drive>,
     /// Drives held out.
     pub holdout: Vec<Drive>,
-    /// The planted effect, with its size.
+    /// The planted effects with their sizes.
     pub effects: Vec<Effect>,
-    /// The base that was planted.
+    /// The planted base.
     pub controller: Controller,
 }
 
-/// Sensors \[m/s, m\].
+/// Sensor noise \[m/s, m\].
 const NOISE: plant::Noise = plant::Noise { speed_mps: 0.02, gap_m: 0.02 };
 /// Time constant of the gusts \[s\].
 const GUST_S: f64 = 2.0;
 /// Coloured noise: correlation from sample to sample, and size \[m/s, m\].
 const COLOUR: (f64, f64) = (0.9, 0.02);
-/// Draws until one is drivable and has the requested change.
+/// Largest number of draws until one is drivable and has the requested change.
 const DRAWS: u64 = 12;
 /// Drives of a case; the last is held out.
 const DRIVES: u64 = 3;
 
-/// Makes the drives of a case.
+/// Generates the drives of a case.
 ///
 /// # Errors
 /// [`BenchError::Plant`] if no draw is drivable and has the requested change.
@@ -53,7 +53,7 @@ pub fn planted(task: &DiagnosisTask) -> Result<Planted, BenchError> {
 
 fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
     let mut rng = stream(task.seed, draw, 0, 0);
-    let base: Base = task.base.parse().expect("tasks name bases that there are");
+    let base: Base = task.base.parse().expect("tasks name existing bases");
     let mut car = plant::drawn(base, rng.random(), 2);
     if task.gusts_mps2 > 0.0 {
         car.gusts = Some(Gusts { sigma_mps2: task.gusts_mps2, time_constant_s: GUST_S });
@@ -67,7 +67,7 @@ fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
     });
     let scenario = |k: usize, car: &CarTruth| Scenario {
         seed: seeds[k],
-        // The same road every time, because otherwise nothing could repeat on it.
+        // Every drive needs the same road, because otherwise no effect could repeat on it.
         road_seed: Some(seeds[0]),
         duration_s: task.duration_s,
         noise: NOISE,
@@ -83,7 +83,7 @@ fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
             .causes
             .iter()
             .map(|name| {
-                let kind: EffectKind = name.parse().expect("tasks name effects that there are");
+                let kind: EffectKind = name.parse().expect("tasks name existing effects");
                 let effect = Effect::medium(kind);
                 let set = |effect: Effect, name: &str, value: f64| effect.with(name, value).expect("within its range");
                 let at = task.duration_s * rng.random_range(0.3..0.6);
@@ -111,7 +111,7 @@ fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
     Ok(Planted { train: drives, holdout, effects: car.effects, controller: car.controller })
 }
 
-/// Adds first-order autoregressive noise to everything measured.
+/// Adds first-order autoregressive noise to all measured signals.
 fn colour(drive: &mut Synthetic, seed: u64) {
     let signals = drive.v.iter_mut().chain(drive.gap.iter_mut());
     for (i, signal) in signals.enumerate() {
@@ -128,7 +128,7 @@ fn colour(drive: &mut Synthetic, seed: u64) {
     }
 }
 
-/// The data of a user: a pair file, read again.
+/// What a user would have: a pair file, read again.
 fn measured(drive: &Synthetic, number: usize, without_grade: bool) -> Result<Drive, BenchError> {
     let mut file = Vec::new();
     plant::write_pair(drive, 2, &mut file).expect("a Vec takes all, and there is a follower 2");

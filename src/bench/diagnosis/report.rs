@@ -17,13 +17,13 @@ pub struct Tally {
     pub cases: usize,
     /// See [`Judgement`].
     pub right: usize,
-    /// The truth in the set, the right ones included.
+    /// The truth in the set, right answers included.
     pub in_set: usize,
-    /// One of two effects, and nothing else.
+    /// One of two effects is named, and no other cause.
     pub half: usize,
-    /// Silent ones.
+    /// Cases without a name.
     pub silent: usize,
-    /// Silent ones that would have been named if the search had found the truth: the others lack evidence.
+    /// Cases without a name in which the truth would have been named if the search had found it; the others lack evidence.
     pub not_found: usize,
     /// Wrong names and false alarms.
     pub wrong: usize,
@@ -32,22 +32,22 @@ pub struct Tally {
 /// A target of the benchmark, and the value reached.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bar {
-    /// What is counted.
+    /// What the target counts.
     pub what: String,
     /// Cases that count.
     pub cases: usize,
     /// Their number.
     pub count: usize,
-    /// The wanted share: at least, or with `most` at most.
+    /// The target for the share: the minimum, or the maximum if `most`.
     pub target: f64,
-    /// True if `target` is the most.
+    /// True if `target` is a maximum.
     pub most: bool,
     /// 95 % interval of the share (Wilson, J. Am. Stat. Assoc. 22, 1927, 209-212).
     pub interval: [f64; 2],
 }
 
 impl Bar {
-    /// True if the share reaches the target; `None` without a case.
+    /// True if the share meets the target; `None` without a case.
     #[must_use]
     pub fn met(&self) -> Option<bool> {
         let share = self.count as f64 / self.cases as f64;
@@ -96,9 +96,9 @@ pub struct Silence {
     pub of: String,
     /// Drives that could be made and diagnosed.
     pub cases: usize,
-    /// Exceeded by half of them.
+    /// Median over the drives.
     pub median: f64,
-    /// Exceeded by one of twenty.
+    /// Exceeded by one drive in twenty.
     pub one_in_twenty: f64,
     /// The highest.
     pub highest: f64,
@@ -118,7 +118,7 @@ pub struct Gains {
     pub cases: usize,
 }
 
-/// Everything that was found.
+/// The summary of a run.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct DiagnosisReport {
     /// Version of this layout.
@@ -139,12 +139,12 @@ pub struct DiagnosisReport {
     pub silence: Vec<Silence>,
     /// Medians over the cases: CPU time \[s\], simulated candidates.
     pub cost: [f64; 2],
-    /// All cases that are done.
+    /// All finished cases.
     pub outcomes: Vec<DiagnosisOutcome>,
 }
 
 impl DiagnosisReport {
-    /// Of the cases in the journal; `planned` is the total number.
+    /// Summarises the cases in the journal; `planned` is the total number.
     #[must_use]
     pub fn new(tasks: &[DiagnosisTask], planned: usize, journal: &DiagnosisJournal) -> DiagnosisReport {
         let outcomes: Vec<DiagnosisOutcome> = tasks.iter().filter_map(|task| journal.get(task)).cloned().collect();
@@ -206,8 +206,8 @@ impl DiagnosisReport {
         Some(Gains { median, most, cases: shares.len() })
     }
 
-    /// Of cases with one or two effects named right, those in which all parameters that were estimated are within 10 % or three standard
-    /// errors of the planted ones, and all.
+    /// Number of cases with one or two effects named right in which all estimated parameters are within 10 % or three standard errors of
+    /// the planted ones; and the number of all such cases.
     #[must_use]
     pub fn close_estimates(&self) -> [usize; 2] {
         let right = self.outcomes.iter().filter(|o| judge(o) == Judgement::Right && !o.estimates.is_empty());
@@ -216,7 +216,7 @@ impl DiagnosisReport {
     }
 }
 
-/// Of each base and of all; and of each effect.
+/// Power of each base and of all, and of each effect.
 fn powers(outcomes: &[DiagnosisOutcome]) -> [Vec<Power>; 2] {
     let made = |o: &&DiagnosisOutcome| o.task.kind == "one" && judge(o) != Judgement::Failed;
     let made: Vec<&DiagnosisOutcome> = outcomes.iter().filter(made).collect();
@@ -245,7 +245,7 @@ fn has_no_effect(outcome: &DiagnosisOutcome) -> bool {
     ["none", "coloured"].contains(&outcome.task.kind.as_str())
 }
 
-/// Of each base and of all.
+/// Evidence without an effect, for each base and for all.
 fn silence(outcomes: &[DiagnosisOutcome]) -> Vec<Silence> {
     let row = |of: &str, is: &dyn Fn(&DiagnosisOutcome) -> bool| {
         let here = outcomes.iter().filter(|o| has_no_effect(o) && o.is_diagnosed() && is(o));
@@ -266,8 +266,8 @@ fn silence(outcomes: &[DiagnosisOutcome]) -> Vec<Silence> {
     rows
 }
 
-/// The targets of the benchmark. An effect counts as shown by the data if the truth, fitted from its own values, gains more than
-/// the threshold: in gusts some effects of medium size do not.
+/// The targets of the benchmark. An effect counts as shown by the data if the truth, fitted from the planted values, gains more than the
+/// threshold; in gusts, some effects of medium size do not.
 fn bars(outcomes: &[DiagnosisOutcome]) -> Vec<Bar> {
     let bar = |what: String, of: &dyn Fn(&DiagnosisOutcome) -> bool, is: &[Judgement], target: f64, most: bool| {
         let made = outcomes.iter().filter(|o| of(o)).map(judge).filter(|judged| *judged != Judgement::Failed);
@@ -316,7 +316,7 @@ mod tests {
     use super::*;
     use crate::diagnose::judge::oracle::Known;
 
-    /// An outcome, with the gain of the truth of 16 nats needed, if the journal has it.
+    /// An outcome with the gain of the truth, of which 16 nats are needed, if the journal has it.
     fn outcome(kind: &str, causes: &[&str], adopted: &[&str], gain: Option<f64>) -> DiagnosisOutcome {
         let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
         let task = DiagnosisTask {
@@ -360,7 +360,7 @@ mod tests {
             // Named right, though the truth gains less than it needs.
             outcome("one", &["periodic"], &["periodic"], Some(9.0)),
         ];
-        // The planted effect and another one; for a drive without an effect, none and another one.
+        // The planted effect and another one; in a drive without an effect, another one only.
         let mut outcomes = outcomes;
         outcomes[0].recommended = Some(vec!["grade".to_owned()]);
         outcomes[3].recommended = Some(vec!["dead_zone".to_owned()]);
@@ -387,7 +387,7 @@ mod tests {
         assert_eq!(interval(0, 0), [0.0, 1.0]);
     }
 
-    /// A cause above the threshold without a name was rejected by another check.
+    /// A cause above the threshold without a name failed another check.
     #[test]
     fn what_was_stopped_did_not_come_near() {
         let tried = vec![(1, "periodic".to_owned(), [Some(24.0), Some(24.0), Some(16.0)], String::new())];

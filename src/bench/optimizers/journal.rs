@@ -17,7 +17,7 @@ pub struct Journal {
 }
 
 impl Journal {
-    /// Opens a journal, or starts one. An incomplete line, as of a killed run, is dropped.
+    /// Opens a journal, or starts one. It drops an incomplete line, which a killed run leaves.
     ///
     /// # Errors
     /// [`BenchError::Write`] when the file cannot be read and written.
@@ -30,7 +30,7 @@ impl Journal {
             file.write_all(b"\n").map_err(error)?;
         }
         let read = text.lines().filter_map(|line| serde_json::from_str::<OptimizerOutcome>(line).ok());
-        // Another version, or another state of the search, gives other results.
+        // Another version, or another state of the search, gives different results.
         let outcomes =
             read.filter(|outcome| outcome.program == *PROGRAM).map(|outcome| (outcome.task.clone(), outcome)).collect();
         Ok(Journal { path: path.to_owned(), file, outcomes })

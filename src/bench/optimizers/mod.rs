@@ -1,8 +1,8 @@
 //! Quality of the optimisers: targets on one follower with many seeds, the spread of replicates over all variants and followers
 //! of the three processed platoons, and the time of one calibration from start to end.
 //!
-//! Every finished task is one line of a journal, so that a stopped run can continue. A task depends on nothing
-//! but its own settings; a line is taken again only if they are the same.
+//! Each finished task is one line of a journal, so that a stopped run can continue. A task depends only on its settings; a line is reused
+//! only if they are the same.
 
 mod journal;
 mod report;
@@ -31,7 +31,7 @@ use std::time::Instant;
 /// A calibration to be run: one variant, one follower, one seed.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 pub struct OptimizerTask {
-    /// Why it is run: `seeds`, `wall`, `spread` or `hard`.
+    /// Purpose: `seeds`, `wall`, `spread` or `hard`.
     pub aim: String,
     /// `auto`, `ga`, `lshade` or `cmaes`.
     pub optimizer: String,
@@ -47,7 +47,7 @@ pub struct OptimizerTask {
     pub seed: u64,
     /// Replicates.
     pub replicates: u64,
-    /// Evaluations that a replicate may spend.
+    /// Largest number of evaluations of a replicate.
     pub max_evaluations: u64,
 }
 
@@ -187,8 +187,8 @@ pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
     tasks
 }
 
-/// Runs the tasks that the journal does not have, and keeps each there. `program` is the executable that `wall` tasks start. `progress`
-/// receives the number of finished tasks, before every task and, but for `wall`, during it, and may stop: the task under way is then not kept.
+/// Runs the tasks that the journal lacks, and adds each to it. `program` is the executable that `wall` tasks start. `progress` receives the
+/// number of finished tasks, before every task and, except for `wall`, during it, and can stop the run: the present task is then not kept.
 ///
 /// # Errors
 /// [`BenchError`].
@@ -219,7 +219,7 @@ pub fn run_optimizers(
     Ok(())
 }
 
-/// `None` if it was stopped on the way.
+/// `None` if it was stopped.
 fn run(
     data: &mut Followers,
     task: &OptimizerTask,

@@ -14,9 +14,9 @@ pub struct Finding {
     pub wanted: f64,
     /// True if lower is better.
     pub at_most: bool,
-    /// The value found; none before any run.
+    /// The value; none before any run.
     pub found: Option<f64>,
-    /// Tasks of the value: done, and those of the whole target, of which a quick run plans a part.
+    /// Number of tasks for the value: finished, and planned for the whole target; a quick run plans a part of them.
     pub tasks: [usize; 2],
     /// Whether it is met; none unless all tasks of the target are done.
     pub met: Option<bool>,
@@ -36,7 +36,7 @@ pub struct OptimizerReport {
 }
 
 impl OptimizerReport {
-    /// Of the tasks that the journal has.
+    /// Results of the tasks in the journal.
     #[must_use]
     pub fn new(optimizer: &str, tasks: &[OptimizerTask], journal: &Journal) -> OptimizerReport {
         let outcomes: Vec<OptimizerOutcome> = tasks.iter().filter_map(|t| journal.get(t)).cloned().collect();
@@ -180,7 +180,7 @@ impl OptimizerOutcome {
         low && self.evaluations.iter().all(|spent| *spent <= evaluations)
     }
 
-    /// Coefficient of variation of the scores \[%\]; infinite if a replicate has none.
+    /// Coefficient of variation of the scores \[%\]; infinite if a replicate has no score.
     #[must_use]
     pub fn variation(&self) -> f64 {
         let scores: Option<Vec<f64>> = self.scores.iter().copied().collect();

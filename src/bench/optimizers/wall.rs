@@ -7,7 +7,7 @@ use std::path::Path;
 use std::process::{Command, Stdio};
 use std::time::Instant;
 
-/// Starts `leadlag calibrate` and takes the time until it has ended.
+/// Starts `leadlag calibrate` and measures the time until it ends.
 pub(super) fn run(program: &Path, file: &Path, task: &OptimizerTask) -> Result<OptimizerOutcome, BenchError> {
     let failed = |said: String| BenchError::Program { program: program.display().to_string(), said };
     let folder = std::env::temp_dir().join(format!("leadlag-bench-{}", std::process::id()));
@@ -29,7 +29,7 @@ pub(super) fn run(program: &Path, file: &Path, task: &OptimizerTask) -> Result<O
     let output = command.stdin(Stdio::null()).output().map_err(|error| failed(error.to_string()))?;
     let wall_s = started.elapsed().as_secs_f64();
     let result = std::fs::read(folder.join("result.json"));
-    // A temporary folder that stays does no harm.
+    // A leftover temporary folder does no harm.
     let _ = std::fs::remove_dir_all(&folder);
     if !output.status.success() {
         return Err(failed(String::from_utf8_lossy(&output.stderr).trim().to_owned()));

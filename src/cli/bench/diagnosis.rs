@@ -57,7 +57,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     interrupt::watch();
-    // A page that cannot take the results is better known before they have taken an hour.
+    // Check the page first, because the results take an hour.
     let page = args.page.as_deref().map(|page| into_page(page, "").map(|_| page)).transpose()?;
     let (duration, effort, count) = if args.quick { (300.0, "quick", 30) } else { (900.0, "normal", usize::MAX) };
     let effort = args.effort.as_deref().unwrap_or(effort);
@@ -88,7 +88,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.json { output::print_json(&report) } else { output::print(&report.table()) }
 }
 
-/// The page with other results in it.
+/// The page with its results replaced.
 fn into_page(page: &Path, part: &str) -> anyhow::Result<String> {
     let name = page.display();
     let text = bounded::read_to_string(page, TEXT_MAX).with_context(|| format!("{name}: cannot read the page"))?;

@@ -154,7 +154,7 @@ impl Args {
         }
     }
 
-    /// The calibration of the flags, of one of the models.
+    /// The calibration by the flags, for one of the models.
     ///
     /// # Errors
     /// As [`Args::settings`], and where evaluator and precision contradict each other.

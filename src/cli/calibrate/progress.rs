@@ -10,7 +10,7 @@ use std::time::{Duration, Instant};
 
 /// Whole numbers per second.
 pub fn rate(state: &ProgressState, out: &mut dyn Write) {
-    // A closed terminal is no reason to end a calibration.
+    // A closed terminal must not end a calibration.
     let _ = write!(out, "{:.0}/s", state.per_sec());
 }
 

@@ -48,7 +48,7 @@ impl Hidden {
     }
 }
 
-/// platoon.csv (layout astazero-rebuilt), Slope.csv (the road) and truth.json.
+/// Writes platoon.csv (layout astazero-rebuilt), Slope.csv (the road) and truth.json.
 pub fn write(args: &Args, follower: usize) -> anyhow::Result<()> {
     let mut scenario =
         Scenario { seed: args.seed, duration_s: args.duration, profile: Profile::Cruise, ..Scenario::default() };

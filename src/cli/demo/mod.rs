@@ -19,7 +19,7 @@ use clap::Parser;
 use drive::Hidden;
 use std::path::{Path, PathBuf};
 
-/// Largest number of simulations of a calibration in the demo: about half of what the optimiser would take, and enough for six parameters.
+/// Largest number of simulations of a calibration in the demo: about half of what the optimiser would use, and enough for six parameters.
 const EVALUATIONS: &str = "12000";
 /// The base model to examine. The car follows it, plus the hidden effect.
 const BASE: &str = "idm";
@@ -64,7 +64,7 @@ struct Demo {
 /// Results.
 struct Found {
     outcome: Outcome,
-    /// NRMSE(s,v,a) of calibrated models on the data held back: base, then extended.
+    /// NRMSE(s,v,a) of calibrated models on the held-back data: base, then extended.
     held_back: [Option<f64>; 2],
 }
 
@@ -154,7 +154,7 @@ impl Demo {
         Ok(ResultFile::read(&self.folder.join(name).join("result.json"))?)
     }
 
-    /// NRMSE(s,v,a) on the data held back; none if the run ends early.
+    /// NRMSE(s,v,a) on the held-back data; none if the run ends early.
     fn simulate(&self, name: &str, causes: &[String]) -> anyhow::Result<Option<f64>> {
         let (platoon, slope) = (self.path("platoon.csv"), self.path("Slope.csv"));
         let (result, out) = (self.path(&format!("{name}/result.json")), self.path(&format!("{name}_held_back")));

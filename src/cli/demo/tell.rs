@@ -126,7 +126,7 @@ fn in_words(effect: &Effect) -> String {
     format!("{kind}, {} ({})", values.join(", "), kind.meaning())
 }
 
-/// Whether the verdict is right, in words; a demo that reports only its successes would not be worth much.
+/// Whether the verdict is right, in words; the demo also reports a failure.
 fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
     let named = || outcome.causes.iter().chain(&outcome.confounded_with);
     let several = outcome.causes.len() > 1;

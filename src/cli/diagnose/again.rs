@@ -9,7 +9,7 @@ use crate::result::diagnosis::Outcome;
 use crate::wgsl::extension_named;
 use std::path::Path;
 
-/// The command, if a cause is named; `trained` has the window of every file whose end is held back.
+/// The command, if a cause is named; `trained` has the window of every file with a held-back end.
 pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<Again> {
     let (causes, trained): (Vec<&str>, _) = match &outcome.recommended {
         // The recommended model was judged on whole files.
@@ -36,7 +36,7 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
     let one_window = trained.first().filter(|first| trained.iter().all(|window| window == *first));
     data_flags(&args.prepare, one_window, &mut flag);
     match (&outcome.recommended, &args.out) {
-        // As wide as in the diagnosis, with the user's own bounds.
+        // With the bounds of the diagnosis, and the user's own.
         (Some(_), Some(out)) => flag("bounds", Some(path(&out.join(RECOMMENDED_BOUNDS)))),
         _ => args.bounds.iter().for_each(|given| flag("bounds", Some(quoted(given)))),
     }
@@ -54,13 +54,11 @@ fn on(trained: &[[f64; 2]], one_window: Option<&[f64; 2]>) -> String {
     match (trained, one_window) {
         ([], _) => "on the training files".to_owned(),
         (_, Some([from, to])) => format!("on the training data, {from:.1} to {to:.1} s"),
-        (_, None) => {
-            "on whole files including the data held back, because those begin at another time in each file".to_owned()
-        }
+        (_, None) => "on whole files including the held-back data, which begin at another time in each file".to_owned(),
     }
 }
 
-/// Reading and treatment of the data, as far as the user has set them.
+/// Options for reading and treating the data that the user has set.
 fn data_flags(data: &DataArgs, window: Option<&[f64; 2]>, flag: &mut impl FnMut(&str, Option<String>)) {
     let DataArgs {
         layout,

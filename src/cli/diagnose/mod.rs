@@ -100,7 +100,7 @@ pub enum EffortArg {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let causes = causes(args)?;
-    // The check of the data needs no variant; the one of the preparation only lists the required signals.
+    // The data check needs no variant; the check of the preparation only lists the required signals.
     let variant = args.base.as_deref().map_or_else(|| Ok(Variant::from_id(1)?), model)?;
     let mut loaded = load::load(args, variant)?;
     if args.data_only {

@@ -81,7 +81,7 @@ pub fn of_diagnosis(folder: &Path, outcome: &Outcome) -> anyhow::Result<Vec<Char
 /// SUMO beside leadlag on each drive.
 pub fn of_sumo(folder: &Path, export: &Export) -> anyhow::Result<Vec<Chart>> {
     let mut charts = Vec::new();
-    // Without losses SUMO was not run, and files there belong to an earlier export.
+    // Without losses, SUMO was not run, and its files there belong to an earlier export.
     for (number, (drive, _)) in (1..).zip(export.data.iter().zip(&export.loss)) {
         let suffix = if export.data.len() == 1 { String::new() } else { format!("_{number}") };
         let path = folder.join(format!("sumo/comparison{suffix}.csv"));

@@ -46,7 +46,7 @@ const NAMED: usize = 5;
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let ending = args.out.extension().map(|ending| ending.to_string_lossy().to_lowercase());
     if let Some(ending) = ending.filter(|ending| !["html", "htm"].contains(&ending.as_str())) {
-        // A version behind a dot belongs to the name.
+        // A version after a dot belongs to the name.
         let known = ["pdf", "png", "svg", "json", "csv", "md", "txt"].contains(&ending.as_str());
         let html =
             if known { args.out.with_extension("html") } else { args.out.with_extension(format!("{ending}.html")) };

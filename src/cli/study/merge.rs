@@ -28,7 +28,7 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-/// True if a folder holds tables with more than their heads.
+/// True if a folder holds tables with more than their headers.
 fn has_rows(folder: &Path) -> bool {
     let rows = |name: &str| {
         let table = File::open(folder.join(name)).map(|table| BufReader::new(Lines::new(table)));
@@ -87,7 +87,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         files.push((format!("{name}.csv"), table, csv::write(table)));
         files.push((format!("{name}.parquet"), table, parquet::write(table, &metadata)));
     }
-    // The list of missing tasks is there whenever the tables are.
+    // The list of missing tasks exists whenever the tables do.
     files.insert(0, ("missing.csv".to_owned(), &merged.missing, csv::write(&merged.missing)));
     for (name, table, bytes) in files {
         change.write(&name, &bytes)?;

@@ -56,7 +56,7 @@ fn used(study: &Study) -> String {
     text
 }
 
-/// The most important facts about the data, and where to find the rest.
+/// The most important facts about the data, and a reference to the rest.
 fn in_short(study: &Study) -> String {
     let mut files: Vec<&str> = study.drives.iter().map(|drive| drive.entry.file.as_str()).collect();
     files.sort_unstable();
@@ -121,7 +121,7 @@ fn same_data(study: &Study) -> Option<String> {
         let same =
             |count: usize, (i, k): (usize, usize)| ((a.s[i], a.v_f[i]) == (b.s[k], b.v_f[k])).then_some(count + 1);
         let count = common.try_fold(0, same)?;
-        // Adjacent windows share a sample, or some.
+        // Adjacent windows share one sample or more.
         (10 * count > a.len().min(b.len())).then_some((&own.entry, &other.entry, count))
     });
     let (own, other, count) = shared?;
@@ -172,7 +172,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let tasks = study.tasks();
     let before = Folder::open(&out).and_then(|folder| folder.tasks()).unwrap_or_default();
     Folder::create(&out, &content, &study)?;
-    // Thousands of lines are for the next program; a terminal shows their number.
+    // Thousands of lines are for another program; a terminal shows their number.
     if args.tasks || !std::io::stdout().is_terminal() {
         output::print(&lines(&tasks))?;
     }

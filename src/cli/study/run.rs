@@ -81,13 +81,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         bail!("{}", interrupted(&progress, chosen.len(), &again));
     }
     report(&summary, &progress, started.elapsed());
-    // The process that ends last need not be the one with the last task.
+    // The process that ends last may not be the one with the last task.
     let is_whole = tasks.iter().all(|task| folder.part(&task.id).is_file());
     eprintln!("continue with: leadlag study {} {}", if is_whole { "merge" } else { "status" }, shown(args));
     Ok(())
 }
 
-/// The folder, as a shell takes it.
+/// The folder, quoted for a shell.
 fn shown(args: &Args) -> String {
     quoted(&args.folder.display().to_string())
 }
@@ -122,7 +122,7 @@ fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
     Ok(chosen)
 }
 
-/// Index of the one task with this begin of its id.
+/// Index of the only task whose id begins so.
 fn named(id: &str, tasks: &[Task]) -> anyhow::Result<usize> {
     if id.is_empty() {
         return Err(Usage("--task: expected an id, found nothing".to_owned()).into());
@@ -164,7 +164,7 @@ fn interrupted(progress: &Progress, tasks: usize, again: &str) -> String {
 
 /// Ends the program a moment after Ctrl-C if the tasks under way do not end. All finished results are on the disk.
 fn give_up_in_time(progress: Arc<Progress>, tasks: usize, again: String) {
-    // Without a spare thread the program ends with the calibrations under way.
+    // Without a spare thread the program ends with the present calibrations.
     let _ = std::thread::Builder::new().spawn(move || {
         while !interrupt::asked() {
             std::thread::sleep(Duration::from_millis(20));
@@ -180,7 +180,7 @@ fn give_up_in_time(progress: Arc<Progress>, tasks: usize, again: String) {
 pub struct Bar {
     bar: ProgressBar,
     lines: Lines,
-    /// Expected time of a calibration; the measured time replaces it when the first ones have ended.
+    /// Expected time of a calibration; measured times replace it after the first ones.
     max_evaluations: u64,
 }
 

@@ -61,7 +61,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if runs.tasks > 0 {
         let rate = runs.tasks as f64 / runs.wall_s;
         let (tasks, by) = (output::counted(runs.tasks, "task"), output::counted(runs.runs as u64, "run"));
-        // Runs at the same time count each.
+        // Simultaneous runs count separately.
         let each = if runs.runs > 1 { " of all runs together" } else { "" };
         writeln!(
             text,

@@ -1,4 +1,4 @@
-//! Files are read to a limit: a device, or a file of another kind, must not fill the memory.
+//! Limits of files: a device, or a file of another kind, must not fill the memory.
 
 use std::fs::File;
 use std::io::{self, Read};
@@ -54,7 +54,7 @@ pub struct Lines<R> {
 }
 
 impl<R: Read> Lines<R> {
-    /// Watches the lines of `inner`, in any number.
+    /// Limits the lines of `inner`, in any number.
     pub fn new(inner: R) -> Self {
         Lines { inner, length: 0, left: u64::MAX }
     }

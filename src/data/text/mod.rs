@@ -1,4 +1,4 @@
-//! Foreign text: read to a limit, shown harmlessly, and compared with known words.
+//! Untrusted text: read to a limit, displayed safely, and compared with known words.
 
 pub mod bounded;
 pub mod shown;

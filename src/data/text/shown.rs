@@ -1,4 +1,4 @@
-//! Foreign text for people: characters that move a cursor, hide or reorder text become escapes.
+//! Displays untrusted text: characters that move a cursor, hide or reorder text become escapes.
 
 use std::borrow::Cow;
 

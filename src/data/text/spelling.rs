@@ -1,4 +1,4 @@
-//! The nearest known word for a misspelt one.
+//! The nearest known word to a misspelt one.
 
 use strum::VariantNames;
 

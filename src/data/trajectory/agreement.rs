@@ -19,8 +19,8 @@ pub(super) fn rate_rms(t: &[f64], gap: &[f64], dv: &[f64], shift: isize, longest
     }))
 }
 
-/// Change of the gap over a second less that of the integrated speed difference, root mean square \[m/s\]: whatever the sampling rate, noise
-/// of the gap counts as over a second, and a sensor that holds its value for that long is accepted.
+/// Change of the gap over a second minus that of the integrated speed difference, root mean square \[m/s\]: at any sampling rate the noise
+/// of the gap counts over a second, and a sensor that holds its value for that long is accepted.
 fn second_rms(t: &[f64], gap: &[f64], dv: &[f64]) -> Option<f64> {
     // Distance by the speeds, and the number of samples that lack one of the two, up to each sample.
     let (mut told, mut lacking) = (vec![0.0; t.len()], vec![0_usize; t.len() + 1]);

@@ -2,7 +2,7 @@
 
 use super::steps::longest_step;
 
-/// The gap follows from differences of speeds, which noise drowns; a smaller factor is not a unit.
+/// The gap follows from differences of speeds, which noise hides; a smaller factor is not a unit.
 const FACTOR: f64 = 1.8;
 /// Gap and speeds must vary together as closely as this before their ratio is believed: squared correlation.
 const TOGETHER: f64 = 0.8;
@@ -61,11 +61,11 @@ const MISTAKES: [(f64, &str); 7] = [
     (3600.0 / 1609.344, "mph per m/s"),
     (1.609_344, "kilometres per mile"),
     (1.097_28, "km/h per ft/s"),
-    (2.5, "25 frames per second taken for 10"),
-    (3.0, "30 frames per second taken for 10"),
+    (2.5, "25 frames per second mistaken for 10"),
+    (3.0, "30 frames per second mistaken for 10"),
 ];
 
-/// Largest deviation of a measured ratio from that of two units for the units to explain it.
+/// Largest deviation of a measured ratio from that of two units that may explain it.
 const NEAR: f64 = 0.05;
 
 /// The units that explain a ratio, in words.

@@ -21,7 +21,7 @@ pub struct Grade {
     pub source: Option<Source>,
 }
 
-/// Range of a lap of a closed track \[m\]: from a model on a table to more than any test track.
+/// Range of the length of a closed track \[m\]: from a tabletop model to beyond any test track.
 pub(super) const LAPS_M: std::ops::RangeInclusive<f64> = 1.0..=1e6;
 
 impl Grade {

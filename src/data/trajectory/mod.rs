@@ -24,7 +24,7 @@ pub use note::Note;
 pub use prepare::{Preparation, Reconcile, Stretch, prepare, prepare_platoon};
 pub use soundness::Finding;
 
-/// Where data came from: enough to find the file again and to notice that it has changed.
+/// Source of data: enough to find the file again and to notice a change.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Source {
     /// The path as the user gave it.
@@ -74,7 +74,7 @@ pub struct Recording {
     pub layout: Layout,
     /// At least one platoon, in file order.
     pub platoons: Vec<Platoon>,
-    /// Files beside it that were read too (`Labels.csv`, `Slope.csv`).
+    /// Files beside it that were also read (`Labels.csv`, `Slope.csv`).
     pub companions: Vec<Source>,
     /// Grade of the road from a file beside it, if any.
     pub grade: Option<Grade>,
@@ -137,13 +137,13 @@ pub struct Car {
     pub a: Option<Vec<f64>>,
     /// Sine of the road grade under this car, where the file gives one.
     pub sin_grade: Option<Vec<f64>>,
-    /// Faults of its own signals: results that need them are unavailable.
+    /// Faults of its own signals; results that need these signals are unavailable.
     pub faults: Faults,
     /// Faults of its gap.
     pub gap_faults: Faults,
 }
 
-/// True for a placeholder: files of pairs name no car, tables give a number. Two cars may have it.
+/// True for a placeholder: pair files name no car, and tables give a number. Two cars may share it.
 #[must_use]
 pub fn is_nameless(car: &str) -> bool {
     let is_number = car.chars().all(|c| c.is_ascii_digit());

@@ -61,17 +61,17 @@ pub enum Note {
     GapContradicts { signal: String, rms_mps: f64 },
     /// The grade under the follower was taken along its path; samples at rest count once.
     GradeFromColumn { points: usize },
-    /// The table was read by this column map; which of its pairs this is.
+    /// The table was read by this column map; the number of this pair in it.
     Mapped { map: String, pair: Option<String> },
     /// Pairs of a long table that are too short to be used.
     ShortPairs { pairs: usize, needed_s: f64 },
-    /// Gaps that are not above 0, which became missing values: their car, and the name of its gap.
+    /// Gaps that are not above 0, which became missing values: their car, and the name of the column.
     NoGap { car: usize, signal: String, samples: usize },
-    /// The time of a trajectory restarts, so that two have its id; the second is read as another one.
+    /// The time of a trajectory restarts, so that two have the same id; the second counts as another one.
     IdAgain { id: String, line: u64, read_as: String },
     /// Lines around the header that hold no data, from this one on.
     LinesSkipped { line: u64, lines: u64, what: String },
-    /// Vehicles whose number another one had before.
+    /// Vehicles whose number an earlier one had.
     NumbersAgain { vehicles: usize, numbers: usize },
     /// Vehicles with impossible values, whose pairs are left out.
     BrokenLeftOut { vehicles: usize, problem: String },
@@ -176,7 +176,7 @@ impl fmt::Display for Note {
             }
             Note::NumbersAgain { vehicles, numbers } => write!(
                 f,
-                "numbers come again after a pause, and count as other vehicles: {} vehicles have {numbers} numbers",
+                "numbers recur after a pause and count as other vehicles: {} vehicles have {numbers} numbers",
                 numbers + vehicles
             ),
             Note::BrokenLeftOut { vehicles, problem } => {

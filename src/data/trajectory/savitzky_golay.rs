@@ -4,7 +4,7 @@ use nalgebra::{DMatrix, DVector};
 
 /// A filter of an odd number of points and a polynomial order.
 pub struct SavitzkyGolay {
-    /// Row i gives the fitted value at point i of the window: the middle row is the filter, the others serve the ends.
+    /// Row i gives the fitted value at point i of the window: the middle row is the filter, the others apply to the ends.
     rows: DMatrix<f64>,
 }
 

@@ -1,15 +1,16 @@
-//! Steps of a signal that no sum may cross: a pause of the recording, a lap that restarts, a number that another car has.
+//! Steps of a signal that no sum may cross: a pause of the recording, a lap that restarts, a number that another car takes over.
 
 use super::prepare::{GRID_TOLERANCE_S, median_step};
 use crate::statistics::order_statistic;
 
-/// A step of time that is longer than this, and than usual, is a pause \[s\]: preparation does not interpolate it by default.
+/// A step of time that is longer than this, and than the usual step by a factor, is a pause \[s\]: preparation does not interpolate it by
+/// default.
 pub(super) const PAUSE_S: f64 = 1.0;
-/// ... than usual by this factor, so that a table with one row in two seconds has none.
+/// That factor: a table with one row every two seconds has no pauses.
 const UNUSUAL: f64 = 1.5;
 /// A change of position of more than this multiple of the usual one is not driving: the end of a lap, or another car.
 const JUMP: f64 = 5.0;
-/// The usual change of position is the one that this share of the steps does not exceed: not that of a car that mostly stands.
+/// Share of the steps that do not exceed the usual change of position, which must not be that of a car that mostly stands.
 const USUAL: f64 = 0.9;
 
 /// The longest step of time that is not a pause \[s\].

@@ -38,7 +38,7 @@ pub enum VehicleError {
         /// Where and why.
         source: csv::Error,
     },
-    /// The curve that a vehicle names, or that lies beside its table, cannot be used.
+    /// The curve that a vehicle names, or that is beside its table, is invalid.
     #[error("{table}: vehicle {slug}: its MFC curve {path} cannot be used")]
     Curve {
         /// The table.
@@ -117,7 +117,7 @@ struct Entry {
     mfc: Option<PathBuf>,
 }
 
-/// A vehicle of a table, its curve not read yet: a curve that is not needed must not cause an error.
+/// A vehicle of a table, without its curve: a curve that is not needed must not cause an error.
 struct Listed {
     vehicle: Vehicle,
     table: String,
@@ -216,7 +216,7 @@ fn place(text: &str, path: &str, slug: &str, quantity: &str) -> String {
     path.to_owned()
 }
 
-/// Parses a TOML vehicle table; `path` is for messages, MFC files are looked for in `folder`.
+/// Parses a TOML vehicle table; `path` is for messages, and `folder` holds the MFC files.
 pub(super) fn parse(text: &str, path: &str, folder: Option<&Path>) -> Result<Vec<Vehicle>, VehicleError> {
     parse_listed(text, path, folder)?.into_iter().map(Listed::whole).collect()
 }

@@ -76,7 +76,7 @@ impl Mfc {
                     });
                 }
             }
-            // A car that must accelerate more than it can has no acceleration left.
+            // A car beyond its top speed has no acceleration left.
             if row[2] >= row[1] {
                 let found = format!("a_dp {} beside a_ap {}", row[2], row[1]);
                 return Err(table(line, found, "a_dp below a_ap, so that the curves do not cross"));

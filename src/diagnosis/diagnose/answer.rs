@@ -1,4 +1,4 @@
-//! The verdict: what the search found and what is left, in words. The first line that applies decides.
+//! The verdict in words, from what the search found and what remains unexplained. The first line that applies decides.
 
 use crate::diagnose::describe::specification::Leftovers;
 use crate::diagnose::judge::fate::Objection;
@@ -11,55 +11,59 @@ use crate::diagnose::select::adopt::State;
 use crate::extension::Extension;
 use std::iter;
 
-/// Everything a verdict follows from.
+/// Everything that the verdict depends on.
 pub struct Answer<'a> {
-    /// Where the search ended.
+    /// The state of the search at its end.
     pub state: &'a State,
-    /// What the present model leaves.
+    /// What the present model leaves unexplained.
     pub left: &'a Leftovers,
     /// Other base models without causes, the likeliest first.
     pub others: &'a [FittedModel],
-    /// Why the base cannot be trusted, if it cannot.
+    /// Why the base cannot be trusted; `None` if nothing contradicts it.
     pub contradicted: Option<String>,
     /// Missing acceleration of the base without causes \[m/s²\].
     pub sigma_at_start: f64,
 }
 
-/// What a line of the table says where it applies: the reason, and what is left over by it.
+/// Result of a line that applies: the reason, and the structure left over that it reports.
 pub type Said = (String, Option<LeftOver>);
-/// A line of the table: verdict, condition in words, and the condition itself with the sentence.
+/// A line of the table: verdict, condition in words, and the function that checks the condition and writes the reason.
 pub type Line = (Verdict, &'static str, fn(&Answer<'_>) -> Option<Said>);
 
 /// The verdicts. The first line that applies decides.
 pub const VERDICTS: [Line; 12] = [
-    (Verdict::Unexplained, "causes, but another law without any is likelier", another_law_instead),
+    (Verdict::Unexplained, "causes are found, but another law without causes is likelier", another_law_instead),
     (Verdict::BadBase, "the data contradict parameters of the base, or its calibrations do not agree", contradicted),
     (
         Verdict::Unexplained,
-        "causes, but something more than half as large repeats with the place, the speed, the gap or the command",
+        "causes are found, but a dependence on place, speed, gap or command has more than half of their evidence",
         proxies,
     ),
     (
         Verdict::Unexplained,
-        "causes, but single instants are left, and more than half of the missing acceleration",
+        "causes are found, but bursts and more than half of the missing acceleration remain",
         proxies_of_instants,
     ),
-    (Verdict::Ambiguous, "causes, and rivals of them", rivals),
-    (Verdict::Named, "causes", named),
-    (Verdict::Unexplained, "no cause, but another law is likelier", another_law),
-    (Verdict::Unexplained, "no cause, but something repeats, or single instants are left", left_over),
-    (Verdict::NotTestable, "no cause, but one that a calibration absorbs gains far more than it needs", absorbed),
+    (Verdict::Ambiguous, "causes and rivals are found", rivals),
+    (Verdict::Named, "causes are found", named),
+    (Verdict::Unexplained, "no cause passes, but another law is likelier", another_law),
+    (Verdict::Unexplained, "no cause passes, but a dependence or bursts remain", left_over),
+    (
+        Verdict::NotTestable,
+        "no cause passes, but one that a calibration absorbs gains far more than its threshold",
+        absorbed,
+    ),
     (
         Verdict::Unexplained,
-        "no cause, but one with far more than the required gain fails another check",
+        "no cause passes, but one that gains far more than its threshold fails another check",
         spoken_against,
     ),
-    (Verdict::Unexplained, "no cause, but much acceleration is missing for long", far_off),
-    (Verdict::NotTestable, "no cause, but the closest is one that a calibration absorbs", perhaps_absorbed),
+    (Verdict::Unexplained, "no cause passes, but a large and slow acceleration is missing", far_off),
+    (Verdict::NotTestable, "no cause passes, and a calibration absorbs the closest one", perhaps_absorbed),
 ];
 
 impl Answer<'_> {
-    /// The first line that applies, or that nothing is found; with what is left over by it.
+    /// The first line that applies, or that nothing is found; with the structure left over that it reports.
     pub fn verdict(&self) -> (Verdict, String, Vec<LeftOver>) {
         let first = VERDICTS.iter().find_map(|(verdict, _, line)| line(self).map(|said| (*verdict, said)));
         let (verdict, (reason, left)) = first.unwrap_or_else(|| (Verdict::Nothing, (self.nothing(), None)));
@@ -79,14 +83,14 @@ impl Answer<'_> {
         self.state.current.causes.iter().map(|cause| cause.name.clone()).collect::<Vec<_>>().join(", then ")
     }
 
-    /// By how much another law has to be ahead of, or behind, causes \[nats\]. Of two models that both have it right, one is ahead by a
-    /// little of what the causes explain: Gipps' spacing is a headway that depends on speed.
+    /// Margin by which another law has to lead or trail the causes \[nats\]. If both models are right, one leads by a small share of the
+    /// evidence of the causes: Gipps' spacing, for example, is a headway that depends on speed.
     fn alike(&self) -> f64 {
         POLICY.other_law.max(POLICY.alike * self.state.explained())
     }
 
-    /// Another base without causes that is likelier than the present model by more than so many nats: its name in the paper, and by
-    /// how much.
+    /// The likeliest other base without causes, if it leads the present model by more than `margin` \[nats\]: its name in the paper, and
+    /// its lead.
     fn other_law(&self, margin: f64) -> Option<(&'static str, LeftOver)> {
         let other = self.others.first()?;
         let ahead = other.fit.log_likelihood - self.state.current.fit.log_likelihood;
@@ -94,14 +98,14 @@ impl Answer<'_> {
         (ahead > margin).then_some((other.variant.base.paper, LeftOver { kind, place, size: ahead, evidence: ahead }))
     }
 
-    /// The likeliest cause that something spoke against although it gains far more than it needs.
+    /// The likeliest cause that a check rejected although it gains far more than its threshold.
     fn stopped(&self) -> Option<(&'static Extension, String, &Objection, f64)> {
         let strong = |(_, evidence, need, _): &&(_, f64, f64, _)| *evidence > POLICY.stopped * need;
         let (cause, evidence, need, objection) = self.without_causes()?.stopped.iter().find(strong)?;
         Some((cause, format!("{} gains {evidence:.0} nats ({need:.0} needed), but", cause.name), objection, *evidence))
     }
 
-    /// The row of the ladder with most evidence.
+    /// The row of the ladder with the most evidence.
     fn closest(&self) -> Option<&Tried> {
         let judged = self.state.ladder.iter().filter(|row| row.evidence.is_finite());
         judged.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
@@ -123,7 +127,7 @@ fn another_law_instead(answer: &Answer<'_>) -> Option<Said> {
     answer.causes()?;
     let (law, left) = answer.other_law(answer.alike())?;
     let reason = format!(
-        "{law} without any cause is likelier by {:.0} nats than the base with {}: the car follows another law, and the causes only \
+        "{law} without causes is likelier by {:.0} nats than the base with {}: the car follows another law, and the causes only \
          imitate it",
         left.evidence,
         answer.names()
@@ -149,7 +153,7 @@ fn proxies_of_instants(answer: &Answer<'_>) -> Option<Said> {
     let sigma = answer.state.current.fit.point.noise.sigma_d;
     let proxies = answer.left.bursts() && sigma > POLICY.left_share * answer.sigma_at_start;
     let reason = format!(
-        "single instants that no model follows are left, and more than half of the missing acceleration ({sigma:.3} m/s²): {} may be \
+        "bursts remain that no model follows, and so does more than half of the missing acceleration ({sigma:.3} m/s²): {} may be \
          proxies",
         answer.names()
     );
@@ -178,7 +182,7 @@ fn named(answer: &Answer<'_>) -> Option<Said> {
     let causes = answer.causes()?;
     let needed: Vec<String> = answer.state.evidence.iter().map(|(_, need)| format!("{need:.0}")).collect();
     let also = answer.other_law(-answer.alike()).map_or(String::new(), |(law, _)| {
-        format!("; {law} without any cause is as likely, so it may be the law that differs")
+        format!("; {law} without causes is as likely, so the car may follow that law instead")
     });
     let reason = format!(
         "{}: {:.0} nats held out, {} needed{also}{}",
@@ -192,7 +196,7 @@ fn named(answer: &Answer<'_>) -> Option<Said> {
 
 fn another_law(answer: &Answer<'_>) -> Option<Said> {
     let state = answer.without_causes()?;
-    // Of two laws that are alike on these data one is ahead by chance: what a cause needs, a law needs too.
+    // Of two equally good laws, one leads by chance, so a law must also exceed the threshold of a cause.
     let (law, left) = answer.other_law(state.need.max(POLICY.other_law))?;
     let term = answer.left.strongest().map_or(0.0, |term| term.evidence);
     let reason = format!(
@@ -205,8 +209,8 @@ fn another_law(answer: &Answer<'_>) -> Option<Said> {
 fn left_over(answer: &Answer<'_>) -> Option<Said> {
     answer.without_causes()?;
     let what = match answer.left.strongest() {
-        Some(term) => format!("something that repeats with {} is left ({:.0} nats)", term.place, term.evidence),
-        None if answer.left.bursts() => "single instants that no model follows are left".to_owned(),
+        Some(term) => format!("a dependence on {} remains ({:.0} nats)", term.place, term.evidence),
+        None if answer.left.bursts() => "bursts remain that no model follows".to_owned(),
         None => return None,
     };
     Some((format!("no cause of the library passes, but {what}"), None))
@@ -215,7 +219,7 @@ fn left_over(answer: &Answer<'_>) -> Option<Said> {
 fn absorbed(answer: &Answer<'_>) -> Option<Said> {
     let (_, gains, objection, _) = answer.stopped()?;
     let told = matches!(objection, Objection::Absorbed { .. });
-    told.then(|| (format!("{gains} {objection}: these data do not tell whether it is missing"), None))
+    told.then(|| (format!("{gains} {objection}: these data do not show whether it is missing"), None))
 }
 
 fn spoken_against(answer: &Answer<'_>) -> Option<Said> {
@@ -227,8 +231,8 @@ fn spoken_against(answer: &Answer<'_>) -> Option<Said> {
 fn far_off(answer: &Answer<'_>) -> Option<Said> {
     let noise = answer.without_causes()?.current.fit.point.noise;
     let reason = format!(
-        "no cause of the library passes, but the follower is accelerated by {:.2} m/s² (root mean square) for {:.0} s at a time in a way \
-         that the model does not have: too much and too slow for gusts",
+        "no cause of the library passes, but the model lacks an acceleration of {:.2} m/s² (root mean square) with a \
+         time constant of {:.0} s: too large and too slow for gusts",
         noise.sigma_d, noise.tau_d
     );
     noise.is_lost().then_some((reason, None))
@@ -242,21 +246,22 @@ fn perhaps_absorbed(answer: &Answer<'_>) -> Option<Said> {
     Some((format!("{} might be missing, but a calibration absorbs it in {by}", absorbed.name), None))
 }
 
-/// Which drive would tell a cause from its rival: what the file of either says.
+/// A drive that would distinguish a cause from its rival, from the file of either.
 fn experiment<'a>(cause: &'a Extension, rival: &'a Extension) -> &'a str {
     let own = |of: &'a Extension| of.cause.as_ref().and_then(|cause| cause.experiment.as_deref());
     own(cause)
         .or_else(|| own(rival))
-        .unwrap_or("drives of another kind: a leader that stops, drives off fast, and keeps several speeds for minutes")
+        .unwrap_or("drives in which the leader stops, accelerates hard, and holds several speeds for minutes")
 }
 
-/// What to add where a member of the phase family is named although gusts are left: the observer's states are not what the car saw late.
+/// A caveat for a member of the phase family that is named in gusts: there the observer's states differ from what the car perceived late.
 fn in_gusts(causes: &[&Extension], noise: &Noise) -> String {
     if noise.sigma_d <= POLICY.calm || causes.iter().all(|cause| cause.family() != PHASE) {
         return String::new();
     }
     format!(
-        "; in gusts ({:.2} m/s² for {:.1} s at a time) a delay, a lag, a filter and an offset of time are easily taken for one another",
+        "; in gusts ({:.2} m/s² with a time constant of {:.1} s) a delay, a lag, a filter and an offset of time are hard to \
+         distinguish",
         noise.sigma_d, noise.tau_d
     )
 }
@@ -272,11 +277,11 @@ mod tests {
         let [delay, grade] = ["perception_delay", "grade"].map(cause);
         let gusts = Noise { sigma_d: 0.05, tau_d: 2.0, r_s: 0.02, r_v: 0.02, r_l: 0.02 };
         let calm = Noise { sigma_d: 0.004, ..gusts };
-        assert!(in_gusts(&[grade, delay], &gusts).contains("0.05 m/s² for 2.0 s"));
+        assert!(in_gusts(&[grade, delay], &gusts).contains("0.05 m/s² with a time constant of 2.0 s"));
         assert_eq!([in_gusts(&[grade], &gusts), in_gusts(&[delay], &calm)], ["", ""]);
     }
 
-    /// A rival of what was found first, whose kin was found later, is none.
+    /// If the rival of a cause, or a relative of it, was found in a later round, it is no longer a rival.
     #[test]
     fn a_rival_of_one_of_several_causes_leaves_doubt() {
         let drives = [made_up::drive("made_up.csv", 0.0)];

@@ -1,4 +1,4 @@
-//! From a question to an answer: base, rounds, dropping what is not needed any more, what is left, other laws, verdict.
+//! The whole inference: base, rounds, removal of superfluous causes, unexplained structure, other laws, verdict.
 
 use crate::diagnose::answer::Answer;
 use crate::diagnose::describe::specification::leftovers;
@@ -17,8 +17,7 @@ use std::ops::ControlFlow;
 
 /// Names what a base model lacks on some drives.
 ///
-/// # Errors
-/// [`DiagnoseError`]: no data, a model that cannot be run on them, or [`DiagnoseError::Stopped`] when `progress` breaks.
+/// # Errors [`DiagnoseError`]: no data, a model that cannot run on them, or [`DiagnoseError::Stopped`] when `progress` breaks.
 pub fn infer(
     question: &Question<'_>,
     progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
@@ -26,7 +25,7 @@ pub fn infer(
     infer_with(question, &SearchBudget::of(question.effort), progress)
 }
 
-/// The same where it is said what may be spent, instead of what the effort buys.
+/// The same with an explicit budget instead of that of the effort.
 ///
 /// # Errors
 /// As [`infer`].
@@ -53,16 +52,16 @@ pub fn infer_with(
     tell(0.1, "round 1: trying every cause")?;
     let tried = state.fit_all(&setting, spending)?;
     let judged = state.judge(&setting, 1, tried, spending)?;
-    // The base is the best fit without causes by now: what its causes were compared with.
+    // The base is now the best fit without causes, with which its causes were compared.
     let base = snapshot(&state.current, &setting, state.inflation)?;
     if state.adopt(judged) {
         rounds(&mut state, &setting, spending, &mut |share, stage| tell(0.1 + 0.65 * share, stage))?;
     }
-    tell(0.75, "dropping what is not needed any more")?;
+    tell(0.75, "removing superfluous causes")?;
     state.prune(&setting, spending)?;
-    tell(0.85, "looking for what is left")?;
+    tell(0.85, "testing what remains")?;
     let left = leftovers(&setting, &state.current, state.need, state.inflation)?;
-    tell(0.9, "comparing with other base models")?;
+    tell(0.9, "comparing other base models")?;
     let others = others(&setting, spending)?;
     let extended = snapshot(&state.current, &setting, state.inflation)?;
     let lost = !agrees && state.current.causes.is_empty();
@@ -104,7 +103,7 @@ pub fn infer_with(
     })
 }
 
-/// Rounds as long as something is adopted and not too much was simulated; `tell` takes the share of them that is done.
+/// Rounds until one adopts nothing or the simulation limit is reached; `tell` receives the finished share of them.
 fn rounds(
     state: &mut State,
     setting: &Context<'_>,
@@ -129,7 +128,7 @@ fn rounds(
 
 fn disagreement(replicates: &[f64]) -> String {
     if replicates.len() < 2 {
-        return "only one calibration of the base came to an end, so nothing confirms it; give longer data or tighter bounds"
+        return "only one calibration of the base succeeded, so nothing confirms it; give longer data or tighter bounds"
             .to_owned();
     }
     let spread = replicates.first().zip(replicates.last()).map_or(0.0, |(a, b)| a - b);
@@ -175,7 +174,7 @@ fn estimate(candidate: &FittedModel, k: usize, inflation: f64) -> Estimate {
     }
 }
 
-/// The fit as others see it.
+/// The public form of a fit.
 fn snapshot(candidate: &FittedModel, setting: &Context<'_>, inflation: f64) -> Result<Fitted, DiagnoseError> {
     let point = candidate.fit.point.clone();
     let mut innovations = candidate.model.innovations(&point.values, &point.noise)?;
@@ -194,7 +193,7 @@ fn snapshot(candidate: &FittedModel, setting: &Context<'_>, inflation: f64) -> R
     })
 }
 
-/// That more may be missing, where the search ended before it found nothing more.
+/// The message that more may be missing, if the search ended early.
 fn cut_short(effort: Effort) -> String {
     let next = if effort == Effort::Quick { Effort::Normal } else { Effort::Thorough };
     format!(

@@ -1,4 +1,4 @@
-//! Drives and models for tests that fit nothing, or little.
+//! Drives and models for tests with little or no fitting.
 
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
@@ -16,7 +16,7 @@ use crate::wgsl::extension_named;
 use nalgebra::{DMatrix, DVector};
 use std::fmt::Write;
 
-/// Two minutes of a follower that always keeps 3 m + 1.5 s v, in a file of this name whose clock begins there \[s\].
+/// Two minutes of a follower that always keeps 3 m + 1.5 s v, in a file of this name whose clock starts at `begin` \[s\].
 pub fn drive(name: &str, begin: f64) -> Drive {
     let mut file = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
     for i in 0..1200 {
@@ -34,7 +34,7 @@ pub fn cause(name: &str) -> &'static Extension {
     extension_named(name).expect("in the library")
 }
 
-/// L-CTH with these causes, as if it had been fitted.
+/// L-CTH with these causes, without a fit.
 pub fn candidate(drives: &[Drive], names: &[&str]) -> FittedModel {
     let causes: Vec<&'static Extension> = names.iter().map(|name| cause(name)).collect();
     let base: Variant = "l-cth".parse().expect("a base");
@@ -59,7 +59,7 @@ pub fn question<'a>(train: &'a [Drive], holdout: &'a [Drive], bounds: &'a Overri
     Question { train, holdout, base, effort: Effort::Quick, seed: 1, causes: &[], bounds }
 }
 
-/// Where a search stands with this model, each of whose causes has 50 nats of 20 needed.
+/// The state of a search with this model; each of its causes has 50 nats, where 20 are needed.
 pub fn search(current: FittedModel, ladder: Vec<Tried>) -> State {
     State {
         evidence: current.causes.iter().map(|_| (50.0, 20.0)).collect(),

@@ -1,7 +1,7 @@
-//! What a simulation gets wrong, and why: from measured drives to a named cause, an extended model and its gain.
+//! Diagnosis of a model: from measured drives to a named cause, an extended model and its gain.
 //!
-//! A [`Drive`] is one measured run ready for diagnosis, [`infer()`] the search for the cause; the method and its figures are in
-//! `docs/DIAGNOSIS.md`.
+//! A [`Drive`] is one measured run ready for diagnosis, and [`infer()`] searches for the cause; `docs/DIAGNOSIS.md` has the method and its
+//! numbers.
 
 pub mod answer;
 pub use crate::trajectory::soundness as data;

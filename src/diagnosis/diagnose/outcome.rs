@@ -1,4 +1,4 @@
-//! What a diagnosis answers.
+//! The answer of the likelihood.
 
 use crate::catalog::Variant;
 use crate::diagnose::judge::fate::Fate;
@@ -10,22 +10,22 @@ use crate::judge::Check;
 use crate::symbols::Parameters;
 use serde::{Deserialize, Serialize};
 
-/// The answer in one word.
+/// The verdict.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize, strum::IntoStaticStr)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The causes are named.
     Named,
-    /// One of several, which these data cannot tell apart.
+    /// Other causes fit these data as well as one that was found.
     Ambiguous,
-    /// Nothing is found that the base model lacks.
+    /// No missing cause was found.
     Nothing,
-    /// What might be missing is absorbed by the calibration.
+    /// A calibration absorbs the cause that might be missing.
     NotTestable,
-    /// Something is missing, and no cause explains it.
+    /// An effect is missing, and no cause explains it.
     Unexplained,
-    /// The base model is not calibrated: no cause can be judged.
+    /// The base model does not fit, so no cause can be judged.
     BadBase,
 }
 
@@ -53,28 +53,28 @@ pub struct Estimate {
     pub unit: String,
     /// Most likely value.
     pub value: f64,
-    /// Standard error; infinite where the data say nothing.
+    /// Standard error; infinite if the data do not determine it.
     pub error: f64,
     /// Two standard errors to either side, within the bounds.
     pub interval: [f64; 2],
-    /// True if it lies on a bound; never of the nuisance lead, which is no property of the car, so that its bound says nothing.
+    /// True if it lies on a bound; never for the nuisance lead, which is not a property of the car.
     pub at_bound: bool,
 }
 
-/// A cause that is part of the extended model, or one that could be in its place.
+/// A cause of the extended model, or one that could replace it.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Adopted {
     /// The cause.
     pub extension: &'static Extension,
-    /// The adopted cause that it could be in the place of; none for an adopted one.
+    /// The adopted cause that it could replace; `None` for an adopted one.
     pub instead_of: Option<&'static Extension>,
-    /// Its class of causes that data may not tell apart; its own name where there is none.
+    /// Its class of causes that data may not distinguish; without a class, its own name.
     pub family: String,
     /// Its parameters.
     pub parameters: Vec<Estimate>,
-    /// Gain of log-likelihood \[nats\]: held out, but at most that on all training data.
+    /// Gain in log-likelihood \[nats\]: held out, at most that on all training data.
     pub evidence: f64,
-    /// What the evidence had to exceed \[nats\].
+    /// Threshold of the evidence \[nats\].
     pub threshold: f64,
     /// The recording in which it happens ([`Drive::recording`](crate::diagnose::Drive::recording)), for an event of one recording only.
     pub recording: Option<String>,
@@ -85,7 +85,7 @@ pub struct Adopted {
 pub struct NotTestable {
     /// Its name in the library.
     pub name: String,
-    /// The parameters of the base model that take its place.
+    /// The parameters of the base model that absorb it.
     pub absorbed_by: Vec<String>,
 }
 
@@ -94,7 +94,7 @@ pub struct NotTestable {
 pub struct LeftOver {
     /// `road`, `speed`, `thrust`, `gap`, `closing`, `history`, `bursts`, `family` or `proxy`.
     pub kind: String,
-    /// Where it sits, in words: a place, a speed, a time.
+    /// Its position in words: a place, a speed, a time.
     pub place: String,
     /// Size \[m/s²\], or \[nats\] for `family` and `proxy`, or samples for `bursts`.
     pub size: f64,
@@ -111,62 +111,62 @@ pub struct Tried {
     pub name: String,
     /// Gain on all training data \[nats\].
     pub gain: f64,
-    /// Gain held out, sum of both folds \[nats\]; NaN if it was not among those cross-fitted.
+    /// Held-out gain, sum of both folds \[nats\]; NaN if it was not cross-fitted.
     pub evidence: f64,
     /// The same in each fold.
     pub folds: [f64; 2],
-    /// What it had to exceed \[nats\].
+    /// Threshold of the evidence \[nats\].
     pub threshold: f64,
-    /// What was asked of it, up to the first check that is not met; empty if it was not cross-fitted.
+    /// Checks up to the first that failed; empty if it was not cross-fitted.
     pub checks: Vec<Check>,
-    /// What became of it, and why.
+    /// Its fate, and the reason.
     pub fate: Fate,
 }
 
 /// A fitted model.
 #[derive(Debug, Clone)]
 pub struct Fitted {
-    /// The model; without the nuisance lead, so that it can be calibrated and simulated by others.
+    /// The model without the nuisance lead, for other calibrations and simulations.
     pub variant: Variant,
     /// Its parameters.
     pub parameters: Parameters,
     /// The same with their uncertainty, and the nuisance lead.
     pub estimates: Vec<Estimate>,
-    /// What is random.
+    /// The noise model.
     pub noise: Noise,
     /// Log-likelihood of the training data.
     pub log_likelihood: f64,
-    /// Inflation of thresholds: how much less the innovations tell than independent ones.
+    /// Inflation of thresholds: ratio of the number of innovations to that of independent ones with the same information.
     pub inflation: f64,
     /// Observed runs over the training drives, then over the hold-out drives.
     pub innovations: Vec<Innovations>,
 }
 
-/// The answer.
+/// The result of the inference.
 #[derive(Debug, Clone)]
 pub struct Inference {
     /// The base model, calibrated.
     pub base: Fitted,
-    /// With the adopted causes; the base where there are none.
+    /// The model with the adopted causes; without any, the base.
     pub extended: Fitted,
-    /// The answer in one word.
+    /// The verdict.
     pub verdict: Verdict,
-    /// And in plain words.
+    /// The reason, in words.
     pub reason: String,
-    /// Causes in the order in which they were found.
+    /// Adopted causes in the order of adoption.
     pub adopted: Vec<Adopted>,
-    /// Causes that could be in the place of an adopted one.
+    /// Causes that could replace an adopted one.
     pub confounded_with: Vec<Adopted>,
     /// Causes that these data cannot show.
     pub not_testable: Vec<NotTestable>,
     /// Causes that could not be tried.
     pub untried: Vec<Skipped>,
-    /// What the extended model leaves.
+    /// Structure that the extended model leaves.
     pub left_over: Vec<LeftOver>,
-    /// Everything tried.
+    /// All causes that were tried.
     pub ladder: Vec<Tried>,
     /// Simulated candidates, over one drive each.
     pub simulations: u64,
-    /// False if the search ended because the effort had simulated enough, so that it was not asked whether more is missing.
+    /// False if the simulation limit of the effort ended the search, so that more causes may be missing.
     pub complete: bool,
 }

@@ -1,12 +1,11 @@
-//! Which state of the diagnosis a result is of.
+//! The revision of the diagnosis that made a result.
 
 use std::sync::LazyLock;
 
-/// State of the diagnosis. To be raised whenever a diagnosis of the same data may end otherwise: with another name, another number,
-/// after another search. Journals hold it, so that results of two states never stand side by side as
-/// if they were of one. What came before 2 wrote none down.
+/// Revision of the diagnosis. Raise it whenever a diagnosis of the same data may change: another name, another number, another search.
+/// Journals contain it, so that they never mix results of two revisions. Journals without a revision are older than 2.
 pub const DIAGNOSIS_REVISION: u32 = 27;
 
-/// Program, version and state of the diagnosis, `leadlag 0.1.0+diagnosis2`.
+/// Program, version and revision of the diagnosis, `leadlag 0.1.0+diagnosis2`.
 pub static PROGRAM: LazyLock<String> =
     LazyLock::new(|| format!("leadlag {}+diagnosis{DIAGNOSIS_REVISION}", env!("CARGO_PKG_VERSION")));

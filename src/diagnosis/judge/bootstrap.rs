@@ -5,18 +5,18 @@ use crate::statistics::order_statistic;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// Which bins make up a resample: how often each one is drawn.
+/// A resample of the bins: how often each one is drawn.
 pub type Draw = Vec<u16>;
 
-/// Resamples of the bins of some segments. A block of geometric length begins anywhere, runs on from the end of its segment to its begin,
-/// and never into another segment.
+/// Resamples of the bins of some segments. A block of geometric length starts anywhere, continues from the end of its segment at its start,
+/// and never enters another segment.
 #[derive(Debug, Clone)]
 pub struct Resamples {
     draws: Vec<Draw>,
     bins: usize,
-    /// By how much larger a standard error is than that of the resamples.
+    /// Factor on the standard error of the resamples.
     inflation: f64,
-    /// Of every resample, the ratio of a standard error to its estimate from so few blocks: studentised means have the tails of Student's
+    /// For each resample, the ratio of a standard error to its estimate from so few blocks: studentised means have the tails of Student's
     /// distribution, which resamples of one estimate do not show.
     tails: Vec<f64>,
 }
@@ -30,15 +30,15 @@ impl Resamples {
     pub fn new(segments: &[usize], mean_block: f64, count: usize, seed: u64) -> Resamples {
         assert!(mean_block >= 1.0, "blocks of at least one bin");
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
-        // Of every bin the next one.
+        // The successor of every bin.
         let mut next = Vec::new();
         for &length in segments {
             let from = next.len();
             next.extend((0..length).map(|k| from + (k + 1) % length));
         }
         let draws = (0..count).map(|_| draw(&next, 1.0 / mean_block, &mut rng)).collect();
-        // Autocovariances about the mean of the sample are too small by the variance of that mean; it enters as often as two bins of a
-        // block meet, 2 mean_block - 1 times.
+        // Autocovariances about the sample mean are too small by the variance of that mean. It enters as often as a block contains two
+        // bins, 2 mean_block - 1 times.
         let lost = (2.0 * mean_block - 1.0) / (next.len() as f64).max(1.0);
         let inflation = if lost < 1.0 { (1.0 - lost).sqrt().recip() } else { f64::INFINITY };
         let blocks = ((next.len() as f64 / mean_block).round() as usize).max(1);
@@ -57,13 +57,13 @@ impl Resamples {
         self.draws.len()
     }
 
-    /// True without any.
+    /// True without resamples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.draws.is_empty()
     }
 
-    /// The mean of some values, one per bin, in every resample.
+    /// The mean of values, one per bin, in every resample.
     ///
     /// # Panics
     /// Unless there is one value per bin.
@@ -74,7 +74,7 @@ impl Resamples {
         self.draws.iter().map(|draw| of(draw) / self.bins.max(1) as f64).collect()
     }
 
-    /// The interval that holds the mean with this probability (percentiles of the resamples).
+    /// The percentile interval of the mean at this probability.
     #[must_use]
     pub fn interval(&self, values: &[f64], probability: f64) -> [f64; 2] {
         let (centre, means) = (mean(values), self.means(values));
@@ -86,7 +86,7 @@ impl Resamples {
         [at(tail), at(1.0 - tail)]
     }
 
-    /// Standard error of the mean of some values, one per bin.
+    /// Standard error of the mean of values, one per bin.
     #[must_use]
     pub fn deviation(&self, values: &[f64]) -> f64 {
         let (centre, means) = (mean(values), self.means(values));
@@ -94,8 +94,8 @@ impl Resamples {
         variance.sqrt() * self.inflation
     }
 
-    /// Centred means of the resamples in units of their standard deviation, and the mean itself in the same unit. Without any
-    /// variation a mean that is not 0 is infinite; one that is no number is the worst.
+    /// Centred means of the resamples in units of their standard deviation, and the mean in the same unit. Without variation, a nonzero
+    /// mean is infinite; NaN counts as the worst.
     pub(super) fn studentised(&self, values: &[f64]) -> (f64, Vec<f64>) {
         let centre = mean(values);
         if !centre.is_finite() {
@@ -112,12 +112,12 @@ impl Resamples {
         (centre / (deviation * self.inflation), means)
     }
 
-    /// See the field.
+    /// See `inflation` of [`Resamples`].
     pub(super) fn inflation(&self) -> f64 {
         self.inflation
     }
 
-    /// See the field.
+    /// See `tails` of [`Resamples`].
     pub(super) fn tails(&self) -> &[f64] {
         &self.tails
     }
@@ -144,11 +144,11 @@ mod tests {
         for draw in &resamples.draws {
             assert_eq!(draw.iter().sum::<u16>(), 65);
         }
-        // Where no block ends a resample is one segment, round and round.
+        // If no block ends, a resample is one segment, cyclically.
         for draw in &Resamples::new(&[40, 25], 1e9, 50, 1).draws {
             assert!(draw[..40].iter().all(|times| *times == 0) || draw[40..].iter().all(|times| *times == 0));
         }
-        // Drawn neighbours belong together: the mean of a slow wave varies more than that of independent bins.
+        // Blocks keep neighbours together: the mean of a slow wave varies more than that of independent bins.
         let slow: Vec<f64> = (0..65).map(|k| (0.3 * f64::from(k)).sin()).collect();
         let spread = |mean_block| {
             let means = Resamples::new(&[65], mean_block, 2000, 2).means(&slow);

@@ -1,10 +1,10 @@
-//! Which models cannot be told from the best: the model confidence set of Hansen, Lunde and Nason (2011, Econometrica 79, 453-497), with
-//! their statistic `T_max`.
+//! The models that cannot be distinguished from the best: the model confidence set of Hansen, Lunde and Nason (2011, Econometrica 79,
+//! 453-497), with their statistic `T_max`.
 
 use super::{Resamples, mean};
 
-/// Of losses, one row per model and one number per bin, the p-value of each model; those above alpha make up the confidence set of level
-/// 1 - alpha. A model whose mean loss is not finite has 0.
+/// The p-value of each model, from losses with one row per model and one number per bin; the models above alpha form the confidence set of
+/// level 1 - alpha. A model whose mean loss is not finite has 0.
 ///
 /// # Panics
 /// Unless rows have as many bins as the resamples.
@@ -20,7 +20,7 @@ pub fn confidence_set(losses: &[Vec<f64>], resamples: &Resamples) -> Vec<f64> {
         let centre = left.iter().map(|&k| means[k]).sum::<f64>() / count;
         let centres: Vec<f64> =
             (0..resamples.len()).map(|b| left.iter().map(|&k| draws[k][b]).sum::<f64>() / count).collect();
-        // Distance of each model from the mean of those left, and the same of every resample, centred.
+        // Distance of each model from the mean of the remaining ones, and the centred distance in every resample.
         let of = |k: usize| {
             let d = means[k] - centre;
             let centred: Vec<f64> = draws[k].iter().zip(&centres).map(|(x, c)| x - c - d).collect();
@@ -59,7 +59,8 @@ mod tests {
         shifts.iter().enumerate().map(row).collect()
     }
 
-    /// As in the simulations of Hansen, Lunde and Nason (Section 5): a worse model leaves the set, the best ones stay in at the nominal rate.
+    /// As in the simulations of Hansen, Lunde and Nason (Section 5): a worse model leaves the set, and the best ones stay at the nominal
+    /// rate.
     #[test]
     fn the_best_models_stay_and_worse_ones_leave() {
         let (mut kept, mut size) = (0, 0);

@@ -11,12 +11,12 @@ pub struct Adjusted {
     pub gain: f64,
     /// The same in standard errors.
     pub t: f64,
-    /// Probability, adjusted for all models, of so large a gain where none is better than the benchmark.
+    /// Probability, adjusted for all models, of at least this gain if none is better than the benchmark.
     pub p: f64,
 }
 
-/// Tests gains over a benchmark: one row per model, one number per bin (loss of the benchmark minus loss of the model). Rows that are
-/// `passed_over` were tried and are not tested: they only take part in the largest gain that chance makes.
+/// Tests gains over a benchmark: one row per model, one number per bin (loss of the benchmark minus loss of the model). Rows of
+/// `passed_over` were tried and are not tested: they only contribute to the distribution of the largest gain by chance.
 ///
 /// # Panics
 /// Unless rows have as many bins as the resamples.
@@ -27,7 +27,7 @@ pub fn step_down(gains: &[Vec<f64>], passed_over: &[Vec<f64>], resamples: &Resam
     order.sort_by(|&a, &b| studentised[b].0.total_cmp(&studentised[a].0));
     let mut adjusted: Vec<Adjusted> =
         gains.iter().zip(&studentised).map(|(row, (t, _))| Adjusted { gain: mean(row), t: *t, p: 1.0 }).collect();
-    // From the weakest model on, the largest of what is left is that of before and one more.
+    // From the weakest model on, the running maximum over the remaining models.
     let mut largest = vec![f64::NEG_INFINITY; resamples.len()];
     for row in passed_over {
         largest.iter_mut().zip(resamples.studentised(row).1).for_each(|(m, draw)| *m = m.max(draw));
@@ -46,7 +46,7 @@ pub fn step_down(gains: &[Vec<f64>], passed_over: &[Vec<f64>], resamples: &Resam
     adjusted
 }
 
-/// The gain in standard errors that the best of these models exceeds with this probability where none is better than the benchmark.
+/// The gain in standard errors that the best of these models exceeds with this probability if none is better than the benchmark.
 #[must_use]
 pub fn critical(gains: &[Vec<f64>], passed_over: &[Vec<f64>], resamples: &Resamples, chance: f64) -> f64 {
     let mut largest = vec![f64::NEG_INFINITY; resamples.len()];
@@ -90,7 +90,7 @@ pub(super) mod tests {
         assert_eq!((alone.p, alone.t), (plain, t));
         let all = step_down(&rows, &[], &resamples);
         assert!(all[0].p >= alone.p && all[2].p >= all[1].p.min(all[0].p));
-        // By hand: the maximum over all models for the best, over those left for the next.
+        // By hand: the maximum over all models for the best, and over the remaining ones for the next.
         let of = |k: usize| resamples.studentised(&rows[k]);
         let by_hand = |models: &[usize], t: f64| {
             let parts: Vec<Vec<f64>> = models.iter().map(|&k| of(k).1).collect();
@@ -102,18 +102,18 @@ pub(super) mod tests {
         let first = by_hand(&order, of(order[0]).0);
         let second = by_hand(&order[1..], of(order[1]).0).max(first);
         assert_eq!((all[order[0]].p, all[order[1]].p), (first, second));
-        // A row that is passed over counts in the maximum as one that is tested and worse.
+        // An untested row contributes to the maximum in the same way as a tested, worse one.
         let with = step_down(&rows[..1], &rows[2..], &resamples)[0];
         assert_eq!(with.p, by_hand(&[0, 2], t));
     }
 
-    /// A best model at the critical gain has the probability that it was asked for, and one below it more.
+    /// A best model at the critical gain has the requested probability, and one below it a larger one.
     #[test]
     fn the_critical_gain_is_the_one_of_that_probability() {
         let resamples = Resamples::new(&[50], 1.0, 999, 5);
         let rows: Vec<Vec<f64>> = (1..4).map(|seed| noise(50, 0.0, seed)).collect();
         let at = critical(&rows[..2], &rows[2..], &resamples, 0.05);
-        // The same noise, moved to a mean of so many of its standard errors.
+        // The same noise with a mean of `t` standard errors.
         let moved = |t: f64| {
             let (now, _) = resamples.studentised(&rows[0]);
             let by = (t - now) * mean(&rows[0]) / now;
@@ -132,7 +132,7 @@ pub(super) mod tests {
             let rows: Vec<Vec<f64>> = (0..10).map(|k| noise(180, 0.3, 1000 * set + k)).collect();
             false_alarms += usize::from(step_down(&rows, &[], &resamples).iter().any(|row| row.p < 0.05));
         }
-        // 50 expected; four standard deviations of a binomial number, and what the bootstrap of 30 blocks adds.
+        // 50 expected; the range allows four standard deviations of a binomial number, and the error of a bootstrap with 30 blocks.
         assert!((22..=95).contains(&false_alarms), "{false_alarms} of 1000");
     }
 

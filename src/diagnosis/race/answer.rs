@@ -1,4 +1,4 @@
-//! The answer of the race as it stands in `diagnosis.json`, together with what the likelihood says.
+//! The answer of the race for `diagnosis.json`, combined with that of the likelihood.
 
 use super::fit::Entry;
 use super::loss::{Losses, SIGNALS};
@@ -11,22 +11,22 @@ use crate::result::diagnosis::recommended::{ClosedLoopGain, Collisions, PerDrive
 use crate::result::diagnosis::{CauseEntry, ErrorsEntry, HeldBackEntry, Outcome, ParameterEntry};
 use crate::symbols::Parameters;
 
-/// Standard errors to either side of an estimate that make up 95 %.
+/// Half width of a 95 % interval in standard errors.
 const TWO_SIDED: f64 = 1.96;
 
-/// A model of the race as a calibration and a simulation take it: without the nuisance lead, which is no property of a car.
+/// A model of the race for calibrations and simulations: without the nuisance lead, which is not a property of the car.
 #[derive(Debug, Clone)]
 pub struct Delivered {
     /// Its causes.
     pub causes: Vec<&'static Extension>,
     /// Fitted to all drives over their whole length.
     pub parameters: Parameters,
-    /// The same with their intervals.
+    /// Its parameters with their intervals.
     pub entries: Vec<ParameterEntry>,
 }
 
 impl Answer {
-    /// The base; `None` where nothing could be judged.
+    /// The base; `None` if nothing could be judged.
     #[must_use]
     pub fn base(&self) -> Option<Delivered> {
         delivered(self.entries.first()?)
@@ -45,7 +45,7 @@ impl Answer {
         self.field.parts.drives.iter().any(|part| part.recording() == recording)
     }
 
-    /// Errors of the base, and of the recommended model, on what was left out of their fits, file by file.
+    /// Errors of the base and of the recommended model on the parts that their fits left out, file by file.
     #[must_use]
     pub fn left_out(&self) -> Vec<HeldBackEntry> {
         let Some(base) = self.entries.first() else { return Vec::new() };
@@ -73,7 +73,7 @@ impl Answer {
         files
     }
 
-    /// Over the parts of a file.
+    /// Errors over the parts of a file.
     fn errors(&self, losses: &Losses, file: &str) -> ErrorsEntry {
         let (drives, scales) = (&self.field.parts.drives, &self.field.scales);
         let mine = drives.iter().zip(&losses.parts).map(|(drive, part)| part.clone().filter(|_| drive.file() == file));
@@ -94,13 +94,13 @@ fn delivered(entry: &Entry) -> Option<Delivered> {
     })
 }
 
-/// Positions of all parameters but the lead.
+/// Positions of all parameters except the lead.
 fn of_car(entry: &Entry) -> Vec<usize> {
     (0..entry.model.symbols.len()).filter(|&k| !is_lead(entry.model.symbols[k])).collect()
 }
 
-/// Puts the answer of the race into a diagnosis. Names of the likelihood stay; otherwise those of the race hold. A base that
-/// cannot be trusted becomes a note.
+/// Adds the answer of the race to a diagnosis. Names from the likelihood take precedence over those of the race. If the base cannot be
+/// trusted, the reason becomes a note.
 pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     outcome.base_notes = notes(answer);
     if outcome.verdict == Verdict::BadBase {
@@ -124,7 +124,7 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
             at_most(named.evidence[1])
         );
     }
-    // What the race judges, a calibration does not absorb.
+    // A cause that the race judges is not absorbed by a calibration.
     let is_judged = |name: &String| answer.tried.trials.iter().any(|trial| trial.causes.contains(name));
     outcome.not_testable.retain(|entry| !is_judged(&entry.name));
     debug_assert!(answer.winner.is_none() || is_named(outcome), "only named families are recommended");
@@ -141,7 +141,7 @@ fn at_most(p: f64) -> String {
     if p < 0.001 { "below 0.001".to_owned() } else { format!("{p:.3}") }
 }
 
-/// A named cause, with its sizes in a model that has it.
+/// A named cause, with its sizes in a model that contains it.
 fn cause_entry(entry: &Entry, named: &Named, cause: &'static Extension, of: Option<&'static Extension>) -> CauseEntry {
     CauseEntry {
         name: cause.name.clone(),
@@ -211,7 +211,7 @@ fn of_cause(entry: &Entry, cause: &'static Extension, horizon: Horizon) -> Vec<P
     parameters(entry, &entry.model.positions(cause), horizon)
 }
 
-/// Parameters at a horizon, with the intervals of a jackknife over the folds (Tukey 1958).
+/// Parameters at a horizon, with intervals by a jackknife over the folds (Tukey 1958).
 fn parameters(entry: &Entry, positions: &[usize], horizon: Horizon) -> Vec<ParameterEntry> {
     let at = Horizon::ALL.iter().position(|own| *own == horizon).unwrap_or(HORIZONS - 1);
     let Some(fit) = &entry.fits[at] else { return Vec::new() };
@@ -233,21 +233,21 @@ fn parameters(entry: &Entry, positions: &[usize], horizon: Horizon) -> Vec<Param
     positions.iter().map(|&k| parameter(k)).collect()
 }
 
-/// Standard error of a parameter from the fits that left one fold out.
+/// Standard error of a parameter, from the fits that each left one fold out.
 fn jackknife(folds: &[Vec<f64>], k: usize) -> f64 {
     let values: Vec<f64> = folds.iter().map(|fold| fold[k]).collect();
     let (centre, count) = (mean(&values), values.len() as f64);
     ((count - 1.0) / count * values.iter().map(|v| (v - centre).powi(2)).sum::<f64>()).sqrt()
 }
 
-/// NRMSE(s,v,a) by file, over the parts that were left out.
+/// NRMSE(s,v,a) by file, over the parts that the fits left out.
 fn per_drive(answer: &Answer, base: &Losses, own: &Losses) -> Vec<PerDrive> {
     let of = |losses: &Losses, file: &str| answer.errors(losses, file).nrmse_sva;
     let entry = |file: &str| PerDrive { path: file.to_owned(), base: of(base, file), extended: of(own, file) };
     answer.files().into_iter().map(entry).collect()
 }
 
-/// What is remarkable about the base: collisions, and a law that does better.
+/// Notes on the base: collisions, and a better law.
 fn notes(answer: &Answer) -> Vec<String> {
     let mut notes = Vec::new();
     let Some(fit) = answer.entries.first().and_then(Entry::whole_drives) else {
@@ -255,17 +255,13 @@ fn notes(answer: &Answer) -> Vec<String> {
     };
     let failures = fit.judged.as_ref().map_or(0, |judged| collisions(&judged.held));
     if failures > 0 {
-        notes.push(format!("it collides with the car ahead in {failures} drives that it was not fitted to"));
+        notes.push(format!("it collides with the car ahead on {failures} unseen drives"));
     }
     if let Some(best) = answer.laws.first().filter(|law| law.gain >= LEAST_GAIN) {
-        notes.push(format!(
-            "{} has {:.0} % less error on drives that it was not fitted to",
-            best.name,
-            100.0 * best.gain
-        ));
+        notes.push(format!("{} has {:.0} % less error on unseen drives", best.name, 100.0 * best.gain));
     }
     notes
 }
 
-/// Gain of another law that is worth a note \[-\].
+/// Smallest gain of another law that deserves a note \[-\].
 const LEAST_GAIN: f64 = 0.02;

@@ -1,10 +1,10 @@
-//! What the tests say of the models of a race. All tests share the bins and the resamples of the bins.
+//! Statistical tests of the models in a race. All tests share the bins and the resamples of the bins.
 
 use super::policy::Policy;
 use super::{Entry, Fit, HORIZONS, Horizon, OF_A_NAME};
 use crate::judge::{Resamples, confidence_set, critical, mean, step_down};
 
-/// Standard errors above a limit at which a gain exceeds it with a probability of 80 %.
+/// Distance in standard errors from a limit at which a gain exceeds the limit with a probability of 80 %.
 const IN_FOUR_OF_FIVE: f64 = 0.84;
 
 /// Losses of a model bin by bin, at each horizon.
@@ -28,46 +28,46 @@ pub struct Evidence {
     pub gains: [Gain; HORIZONS],
     /// The gain of all horizons together in standard errors.
     pub t: f64,
-    /// Probability, adjusted for all models of the race, of so large a gain where none is better than the reference.
+    /// Probability, adjusted for all models of the race, of at least this gain if none is better than the reference.
     pub p: f64,
-    /// True if it cannot be told from the best at the shorter horizons.
+    /// True if it cannot be distinguished from the best at the shorter horizons.
     pub in_set: bool,
 }
 
-/// The models that cannot be told from the best.
+/// The models that cannot be distinguished from the best.
 #[derive(Debug)]
 pub struct ConfidenceSet {
-    /// Of every model that was judged, whether it is one of them.
+    /// For every model that was judged, whether it is one of them.
     pub models: Vec<bool>,
-    /// The same of the reference.
+    /// The same for the reference.
     pub reference: bool,
-    /// The same of every other law.
+    /// The same for every other law.
     pub laws: Vec<bool>,
 }
 
-/// What is known of a race.
+/// The results of all tests of a race.
 #[derive(Debug)]
 pub struct Table {
-    /// Of every model that was judged, in their order.
+    /// The models that were judged, in their order.
     pub rows: Vec<Evidence>,
-    /// At both shorter horizons together, at the shortest, and at the next.
+    /// Confidence sets at both shorter horizons together, at the shortest, and at the next.
     pub sets: Vec<ConfidenceSet>,
-    /// Standard errors that are found with a probability of 80 %, and the gain at the horizon of a name that has as many.
+    /// Gain in standard errors that is found with a probability of 80 %, and the corresponding gain at the horizon of a name.
     pub found: [f64; 2],
 }
 
-/// A gain of a loss as a share of the error.
+/// Converts a gain in the loss to a share of the error.
 fn as_share(horizon: Horizon, gain: f64, loss: f64) -> f64 {
     if horizon.is_whole() { gain / loss.max(f64::MIN_POSITIVE) } else { 1.0 - (-0.5 * gain).exp() }
 }
 
-/// Losses on what was left out; none of a model that is not judged.
+/// Losses on the parts left out; `None` for a model that is not judged.
 #[must_use]
 pub fn held(entry: &Entry) -> Option<Rows> {
     rows(entry, |fit| fit.judged.as_ref().map(|judged| &judged.held))
 }
 
-/// Losses in training.
+/// Losses on the training data.
 #[must_use]
 pub fn trained(entry: &Entry) -> Option<Rows> {
     rows(entry, |fit| Some(&fit.trained))
@@ -86,7 +86,7 @@ fn minus(reference: &Rows, own: &Rows) -> Rows {
     std::array::from_fn(|k| reference[k].iter().zip(&own[k]).map(|(a, b)| a - b).collect())
 }
 
-/// The gains of all horizons in one row: each in units of its standard error, so that each weighs by what it tells.
+/// The gains of all horizons in one row, each divided by its standard error, so that its weight is its information.
 fn together(gains: &Rows, resamples: &Resamples) -> Vec<f64> {
     let mut sum = vec![0.0; gains[0].len()];
     for gain in gains {
@@ -98,8 +98,8 @@ fn together(gains: &Rows, resamples: &Resamples) -> Vec<f64> {
     sum
 }
 
-/// Tests `models` against a reference; `passed_over` were tried, and only take part in the largest gain that chance makes: their gains in
-/// training. `laws` are rivals for the confidence set.
+/// Tests `models` against a reference. `passed_over` has the training gains of models that were tried and not tested: they only contribute
+/// to the distribution of the largest gain by chance. `laws` are rivals for the confidence set.
 #[must_use]
 pub fn table(
     reference: &Rows,
@@ -113,7 +113,7 @@ pub fn table(
     let all: Vec<Vec<f64>> = gains.iter().map(|gains| together(gains, resamples)).collect();
     let others: Vec<Vec<f64>> = passed_over.iter().map(|gains| together(gains, resamples)).collect();
     let adjusted = step_down(&all, &others, resamples);
-    // The same scale for all models: else a loss would not be one.
+    // One scale for all models; otherwise the sum would not be a loss.
     let scale = |k: usize| {
         let mut errors: Vec<f64> = gains.iter().map(|gains| resamples.deviation(&gains[k])).collect();
         errors.sort_by(f64::total_cmp);
@@ -129,7 +129,7 @@ pub fn table(
         let (own, others) = set.split_at(models.len());
         ConfidenceSet { models: own.to_vec(), reference: others[0], laws: others[1..].to_vec() }
     };
-    // Whole drives tell models apart least.
+    // Whole drives distinguish models least.
     let sets: Vec<ConfidenceSet> = [&[0, 1][..], &[0], &[1]].into_iter().map(set).collect();
     let one = |k: usize| {
         let gain = |h: usize| {
@@ -149,7 +149,7 @@ pub fn table(
     Table { rows: (0..models.len()).map(one).collect(), sets, found: [needed, gain] }
 }
 
-/// The gains in training of a model that is not judged, over the reference in training.
+/// The gains over the reference in training of a model that is not judged.
 #[must_use]
 pub fn passed_over(reference: &Rows, entry: &Entry) -> Option<Rows> {
     Some(minus(reference, &trained(entry)?))

@@ -1,4 +1,4 @@
-//! Models fitted at every horizon, to all parts of the drives and without each fold.
+//! Fits models at every horizon, to all parts of the drives and without each fold.
 
 use super::loss::{Losses, Scale, Sizes};
 use super::parts::Parts;
@@ -20,7 +20,7 @@ use crate::wgsl::extension_named;
 use rand::RngExt;
 use rayon::prelude::*;
 
-/// A search: turns of all starts, how many go on, and their turns at most.
+/// A search: iterations of all starts, number of starts that continue, and their largest number of iterations.
 #[derive(Debug, Clone, Copy)]
 struct Plan {
     rough: usize,
@@ -28,25 +28,25 @@ struct Plan {
     fine: usize,
 }
 
-/// Search of a law, of a law with causes, and of a fold that begins where all parts led.
+/// Search of a law, of a law with causes, and of a fold, which starts at the fit to all parts.
 const OF_LAW: Plan = Plan { rough: 4, keep: 4, fine: 16 };
 /// See [`OF_LAW`].
 const OF_CAUSE: Plan = Plan { rough: 2, keep: 2, fine: 8 };
 /// See [`OF_LAW`].
 const OF_FOLD: Plan = Plan { rough: 0, keep: 1, fine: 4 };
-/// Random candidates of a law, half of them once more with textbook values, and those that are searched from.
+/// Random candidates of a law, half of them again with textbook values; and the number of candidates that are searched from.
 const RANDOM: usize = 64;
 /// See [`RANDOM`].
 const SEARCHED: usize = 8;
-/// Places that lead from one horizon to the next, and sizes of a cause that are tried beside them.
+/// Number of points that start the next horizon, and number of sizes of a cause to try beside them.
 const LEADING: usize = 2;
 /// See [`LEADING`].
 const SIZED: usize = 2;
-/// Gain of a turn, as a share of the cost, below which a descent is idle.
+/// Gain of an iteration, as a share of the cost, below which a descent has converged.
 const TOLERANCE: f64 = 1e-4;
-/// No law has a smaller desired speed \[m/s\]; some divide by it.
+/// Smallest desired speed of a law \[m/s\]; some laws divide by it.
 const LEAST_V_0: f64 = 5.0;
-/// The surface takes the correction from its horizon.
+/// The surface sets the correction from its horizon.
 const FREE: Pull = Pull { share: 0.0, soft: None };
 
 /// A model fitted at one horizon.
@@ -56,10 +56,10 @@ pub struct Fit {
     pub whole: Vec<f64>,
     /// Their losses, in training.
     pub trained: Losses,
-    /// What a fit lowers, at these parameters.
+    /// Value of the objective at these parameters.
     cost: f64,
     place: Vec<f64>,
-    /// Of a model that is judged.
+    /// `None` if the model is not judged.
     pub judged: Option<Judged>,
 }
 
@@ -68,9 +68,9 @@ pub struct Fit {
 pub struct Judged {
     /// Parameters without each fold.
     pub folds: Vec<Vec<f64>>,
-    /// Losses on what was left out.
+    /// Losses on the parts left out.
     pub held: Losses,
-    /// How often the model comes too close to the car ahead in parts left out, or fails.
+    /// Number of times the model comes too close to the car ahead in parts left out, or fails.
     pub too_close: usize,
 }
 
@@ -81,7 +81,7 @@ pub struct Entry {
     pub causes: Vec<&'static Extension>,
     /// The model over all parts.
     pub model: Model,
-    /// At each horizon; `None` where no parameters were found with which it drives.
+    /// Its fit at each horizon; `None` if no parameters complete the drives.
     pub fits: Vec<Option<Fit>>,
     /// Scales of the parts.
     pub scales: Vec<Scale>,
@@ -94,13 +94,13 @@ impl Entry {
         self.fits.last()?.as_ref()
     }
 
-    /// The causes that it has more than `base`.
+    /// The causes that it has in addition to `base`.
     #[must_use]
     pub fn added(&self, base: &Entry) -> &[&'static Extension] {
         &self.causes[base.causes.len()..]
     }
 
-    /// True if it gains so much where it is fitted, at one horizon at least.
+    /// True if it gains at least this share on its training data, at one horizon or more.
     #[must_use]
     pub fn is_worth(&self, base: &Entry, share: f64) -> bool {
         let gains = |((own, base), horizon): ((&Option<Fit>, &Option<Fit>), Horizon)| match (own, base) {
@@ -112,7 +112,7 @@ impl Entry {
     }
 }
 
-/// What the race is run on.
+/// Data of the race.
 #[derive(Debug)]
 pub struct Field {
     /// Drives in parts and folds.
@@ -138,12 +138,12 @@ impl Watch for Unwatched {
 }
 
 impl Field {
-    /// Of drives in parts; bounds replace those of the diagnosis.
+    /// Prepares drives in parts; the bounds replace those of the diagnosis.
     #[must_use]
     pub fn new(parts: Parts, bounds: &Overrides, seed: u64) -> Field {
         let fastest = fastest(&parts.drives);
         let mut bounds = bounds.clone();
-        // A desired speed below what was driven is a cause, not a parameter.
+        // A desired speed below the driven speeds would be a cause, not a parameter.
         bounds.entry("v_0".to_owned()).or_insert([fastest.max(LEAST_V_0), 60.0_f64.max(2.0 * fastest)]);
         let sizes = parts.drives.iter().map(|drive| Sizes::new(drive.samples(), drive.dt())).collect();
         let scales = parts.drives.iter().map(Scale::of).collect();
@@ -151,7 +151,7 @@ impl Field {
         Field { parts, sizes, scales, bounds, fastest, seed, all, trained }
     }
 
-    /// A variant over the parts. A cause that is never negative begins at none.
+    /// A variant over the parts. The lower bound of a cause with `sign: positive` is its neutral value.
     ///
     /// # Errors
     /// As [`Model::new`].
@@ -172,7 +172,7 @@ impl Field {
         Surface { model, sizes: &self.sizes, scales: &self.scales, counts, horizon }
     }
 
-    /// Which parts count where all do.
+    /// A mask in which all parts count.
     #[must_use]
     pub fn all(&self) -> &[bool] {
         &self.all
@@ -195,8 +195,9 @@ impl Field {
         Ok(Fit { whole, trained, cost: walker.cost, place: walker.place.clone(), judged: None })
     }
 
-    /// A law at every horizon, from random candidates and textbook values under the strongest correction, where most starts find the same
-    /// valley. Every model has the nuisance lead: a car reacts in finer steps than a model, and what a cause makes up of that is none of it.
+    /// Fits a law at every horizon, from random candidates and textbook values. It begins under the strongest correction, where most starts
+    /// lead to the same minimum. Every model has the nuisance lead: a car reacts in finer steps than a model, and a cause must not get the
+    /// credit for that.
     ///
     /// # Errors
     /// As [`Model::new`].
@@ -226,8 +227,8 @@ impl Field {
         Ok(Entry { causes: Vec::new(), model, fits, scales: self.scales.clone() })
     }
 
-    /// A model with causes more than `base` at every horizon; `None` if the drives, or the law, lack what it needs. It begins where the base
-    /// is, and where models with a part of the causes are.
+    /// Fits a model with more causes than `base` at every horizon; `None` if the drives or the law lack something that it needs. The fits
+    /// start at the base and at models with some of the causes.
     ///
     /// # Errors
     /// [`DiagnoseError::Evaluate`].
@@ -249,7 +250,7 @@ impl Field {
                 let Some(fit) = &entry.fits[k] else { continue };
                 let from = model.adopt(&entry.model, &fit.whole);
                 starts.push(surface.place(&from));
-                // What a base lacks it makes up for with other parameters; from textbook values a cause need not undo that.
+                // A base compensates for a missing cause with other parameters; from textbook values, a cause need not reverse that.
                 let textbook = (k == 0).then(|| with_textbook_values(&model, &from, self.fastest));
                 for cause in added.iter().filter(|cause| !entry.causes.contains(cause)) {
                     for size in sizes(&model, cause) {
@@ -260,7 +261,7 @@ impl Field {
                     }
                 }
             }
-            // Small sizes look best before the rest has made room, so that all are tried where nothing leads.
+            // Small sizes look best before the rest has moved, so without a fitted start all sizes are tried.
             if leading.is_empty() {
                 starts.append(&mut sized);
             } else {
@@ -274,7 +275,7 @@ impl Field {
         Ok(Some(Entry { causes, model, fits, scales: self.scales.clone() }))
     }
 
-    /// Fits a model without each fold, from where it is fitted to all.
+    /// Fits a model without each fold, from its fit to all parts.
     ///
     /// # Errors
     /// [`DiagnoseError::Evaluate`].
@@ -289,7 +290,7 @@ impl Field {
         Ok(())
     }
 
-    /// `None` where a fold cannot be fitted: without a fit of its own it would be judged by one that has seen it.
+    /// `None` if a fold cannot be fitted: otherwise the judge of that fold would be a fit that has seen it.
     fn judged(&self, model: &Model, horizon: Horizon, from: &[f64]) -> Result<Option<Judged>, DiagnoseError> {
         let fold = |counts: &Vec<bool>| {
             let surface = self.surface(model, counts, horizon);
@@ -314,7 +315,7 @@ impl Field {
     }
 }
 
-/// The places of the lowest costs, at most so many.
+/// The points with the lowest costs, at most `most`.
 fn lowest(surface: &Surface<'_>, places: Vec<Vec<f64>>, most: usize) -> Result<Vec<Vec<f64>>, DiagnoseError> {
     let costs = surface.costs(&places, FREE)?;
     let mut all: Vec<(f64, Vec<f64>)> = costs.into_iter().zip(places).filter(|(cost, _)| cost.is_finite()).collect();
@@ -322,7 +323,7 @@ fn lowest(surface: &Surface<'_>, places: Vec<Vec<f64>>, most: usize) -> Result<V
     Ok(all.into_iter().take(most).map(|(_, place)| place).collect())
 }
 
-/// Those that come through, the best first.
+/// Those with a finite cost, the best first.
 fn best(mut walkers: Vec<Walker>) -> Vec<Walker> {
     walkers.retain(|walker| walker.cost.is_finite());
     walkers.sort_by(|a, b| a.cost.total_cmp(&b.cost));

@@ -1,4 +1,4 @@
-//! How far runs are off, bin by bin.
+//! Errors of runs, bin by bin.
 
 use super::Horizon;
 use crate::diagnose::Drive;
@@ -9,28 +9,28 @@ use nalgebra::{DMatrix, DVector};
 
 /// Signals of a loss: spacing, speed, acceleration.
 pub const SIGNALS: usize = 3;
-/// Errors that do not matter: 5 cm, 2 cm/s, 2 cm/s².
+/// Errors below these do not matter: 5 cm, 2 cm/s, 2 cm/s².
 const FLOOR: [f64; SIGNALS] = [0.05, 0.02, 0.02];
 /// Length of a bin \[s\].
 pub const BIN_S: f64 = 10.0;
-/// Where the first bin begins \[s\]: behind the longest delay of a base and a cause together, so that all models have the same bins.
+/// Start of the first bin \[s\]: after the longest delay of a base and a cause together, so that all models have the same bins.
 const FROM_S: f64 = 4.0;
-/// The signal that a soft run pays by.
+/// Index of the penalty of a soft run.
 pub const SHORTFALL: usize = 3;
 
 /// The bins of a part.
 #[derive(Debug, Clone)]
 pub struct Sizes {
-    /// Of every sample the bin that it counts in.
+    /// The bin of every sample; `None` if it does not count.
     pub of: Vec<Option<u32>>,
-    /// Samples of every bin.
+    /// Number of samples in every bin.
     pub samples: Vec<f64>,
-    /// Samples between two speeds whose difference is the mean acceleration, 1 s.
+    /// Number of samples between two speeds whose difference gives the mean acceleration over 1 s.
     pub second: usize,
 }
 
 impl Sizes {
-    /// Of a drive of so many samples, `dt` \[s\] apart. A last bin that is less than half full is left out.
+    /// Bins of a drive with this number of samples, `dt` \[s\] apart. A last bin that is less than half full is left out.
     #[must_use]
     pub fn new(samples: usize, dt: f64) -> Sizes {
         let number = |seconds: f64| ((seconds / dt).round() as usize).max(1);
@@ -62,14 +62,14 @@ pub struct Scale {
 }
 
 impl Scale {
-    /// Of a drive.
+    /// Scales of a drive.
     #[must_use]
     pub fn of(drive: &Drive) -> Scale {
         let (s, v, dt) = (&drive.trajectory.s, &drive.trajectory.v_f, drive.dt());
         let rms = |sum: f64, count: usize, floor: f64| (sum / count.max(1) as f64).sqrt().max(floor);
         let squares = |y: &[f64]| y.iter().map(|y| y * y).sum::<f64>();
         let a: Vec<f64> = v.windows(2).map(|v| (v[1] - v[0]) / dt).collect();
-        // A car that stands has no speed to be off by a share of.
+        // A standing car has no speed that an error could be relative to.
         let rms = [
             rms(squares(s), s.len(), FLOOR[0]),
             rms(squares(v), v.len(), FLOOR[1]),
@@ -79,16 +79,16 @@ impl Scale {
     }
 }
 
-/// Of a part: mean squared errors bin by bin, of spacing, speed and acceleration.
+/// Mean squared errors of a part, bin by bin, of spacing, speed and acceleration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct PartLoss {
-    /// Bin by bin; infinite of a run that failed.
+    /// Bin by bin; infinite if the run failed.
     pub mse: Vec<[f64; SIGNALS]>,
     /// Σ of squared shortfalls of the spacing \[m²\].
     pub shortfall: f64,
 }
 
-/// Sums of squares as a loss.
+/// Converts sums of squares to a loss.
 #[must_use]
 pub fn of_squares(run: Option<&[[f64; 4]]>, sizes: &Sizes) -> PartLoss {
     let Some(run) = run else {
@@ -106,7 +106,7 @@ pub fn log(mse: &[f64; SIGNALS]) -> f64 {
     mse.iter().zip(FLOOR).map(of).sum::<f64>() / SIGNALS as f64
 }
 
-/// Of some parts; those that do not count have none.
+/// Losses of parts; `None` for those that do not count.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Losses {
     /// Part by part.
@@ -120,7 +120,7 @@ impl Losses {
         self.parts.iter().flatten().flat_map(|part| part.mse.iter().map(log)).collect()
     }
 
-    /// What a fit lowers.
+    /// The objective of a fit.
     #[must_use]
     pub fn cost(&self, horizon: Horizon, scales: &[Scale], price: f64) -> f64 {
         let shortfall: f64 = self.parts.iter().flatten().map(|part| part.shortfall).sum();
@@ -129,8 +129,8 @@ impl Losses {
         if cost.is_finite() { cost } else { f64::INFINITY }
     }
 
-    /// Of every bin, part after part, the sum over the signals of the error relative to the root mean square of the part: what NRMSE(s,v,a)
-    /// adds up.
+    /// For every bin, part after part: the sum over the signals of the error relative to the root mean square of the part, as in
+    /// NRMSE(s,v,a).
     #[must_use]
     pub fn roots(&self, scales: &[Scale]) -> Vec<f64> {
         let parts = self.parts.iter().zip(scales).filter_map(|(part, scale)| Some((part.as_ref()?, scale)));
@@ -145,7 +145,7 @@ impl Losses {
     }
 }
 
-/// NRMSE(s,v,a) of some bins: of their mean squares, so that a shorter last bin weighs as much as another.
+/// NRMSE(s,v,a) of these bins, from their mean squares, so that a short last bin has the same weight as another.
 #[must_use]
 pub fn nrmse(mse: &[[f64; SIGNALS]], scale: &Scale) -> f64 {
     let mean = std::array::from_fn(|k| mse.iter().map(|mse| mse[k]).sum::<f64>() / mse.len().max(1) as f64);
@@ -156,7 +156,7 @@ fn root(mse: &[f64; SIGNALS], scale: &Scale) -> f64 {
     mse.iter().zip(scale.rms).map(|(mse, rms)| mse.sqrt() / rms).sum()
 }
 
-/// Bins and parts of all that counts.
+/// Numbers of bins and parts that count.
 #[derive(Debug, Clone, Copy)]
 pub struct Counts {
     /// Bins.
@@ -165,7 +165,7 @@ pub struct Counts {
     pub parts: f64,
 }
 
-/// Slopes of what a fit lowers, of one part with its bins and scale; `n` coordinates.
+/// Derivatives of the objective of one part, with its bins and scale; `n` coordinates.
 #[must_use]
 pub fn slopes(
     horizon: Horizon,
@@ -177,7 +177,7 @@ pub fn slopes(
 ) -> Slopes {
     let (vector, matrix) = (DVector::zeros(n), DMatrix::zeros(n, n));
     let mut slopes = Slopes { cost: 0.0, gradient: vector, curvature: matrix.clone(), majorant: matrix };
-    // Nothing is short in most runs.
+    // Most runs have no shortfall.
     for bin in (0..sizes.count()).filter(|bin| products.square(*bin, SHORTFALL) > 0.0) {
         slopes.cost += price * products.square(bin, SHORTFALL);
         slopes.gradient += products.half_gradient(bin, SHORTFALL) * (2.0 * price);
@@ -204,7 +204,7 @@ pub fn slopes(
         }
         return slopes;
     }
-    // The derivative of a logarithm is that of a sum of squares in which every bin weighs as its present error says.
+    // The derivative of a logarithm is that of a sum of squares in which the weight of a bin depends on its present error.
     let weight = 1.0 / (all.bins * SIGNALS as f64);
     for (bin, samples) in bins() {
         for (k, floor) in FLOOR.iter().enumerate() {

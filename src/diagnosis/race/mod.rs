@@ -1,8 +1,7 @@
-//! The race: base, base with causes, and other laws, each fitted at several horizons and judged on what was left out of its fits. One test
-//! for all decides what is named and what is recommended ([`Policy`]).
+//! The race: base, base with causes, and other laws, each fitted at several horizons and judged on the parts left out of its fits. One test
+//! of all models decides names and the recommendation ([`Policy`]).
 //!
-//! Corrected towards the measurement within seconds, a model shows its reactions; free over whole drives, it shows what it is worth to its
-//! user.
+//! With a correction towards the measurement within seconds, a model shows its reactions; free over whole drives, its value to the user.
 
 mod answer;
 mod evidence;
@@ -38,10 +37,10 @@ use std::ops::ControlFlow;
 /// Number of horizons.
 pub const HORIZONS: usize = 3;
 
-/// Position of the horizon that a name has to gain at: the correction leaves a model some seconds, and no more than its reactions show.
+/// Position of the horizon of names: with this correction a model predicts some seconds, so the gain comes from its reactions.
 const OF_A_NAME: usize = 1;
 
-/// How far ahead a model predicts before the measurement corrects it.
+/// Time over which a model predicts before the measurement corrects it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Horizon {
     /// Some seconds.
@@ -53,10 +52,10 @@ pub enum Horizon {
 }
 
 impl Horizon {
-    /// All, from the shortest: fits at one lead to those at the next.
+    /// All horizons, the shortest first: the fits at one give the starts of the next.
     pub const ALL: [Horizon; HORIZONS] = [Horizon::Step, Horizon::Window, Horizon::Drive];
 
-    /// Time constant of the correction \[s\]: about a reaction, and several of them; none over whole drives.
+    /// Time constant of the correction \[s\]: about one reaction time, and several; `None` for whole drives.
     #[must_use]
     pub fn seconds(self) -> Option<f64> {
         match self {
@@ -66,50 +65,50 @@ impl Horizon {
         }
     }
 
-    /// True over whole drives, where NRMSE(s,v,a) is the loss; elsewhere it is the mean logarithm of the squared errors of bins, to which
-    /// each bin adds by the ratio of its errors.
+    /// True for whole drives, where NRMSE(s,v,a) is the loss. Elsewhere the loss is the mean logarithm of the squared errors of bins, so
+    /// that the ratio of errors counts in each bin.
     #[must_use]
     pub fn is_whole(self) -> bool {
         self.seconds().is_none()
     }
 }
 
-/// What is asked.
+/// The request for a race.
 #[derive(Debug, Clone, Copy)]
 pub struct Request<'a> {
-    /// Measured drives, whole.
+    /// Whole measured drives.
     pub drives: &'a [Drive],
-    /// The law that is examined.
+    /// The base law.
     pub base: Variant,
     /// Extensions in the race.
     pub causes: &'a [&'static Extension],
-    /// Bounds of parameters by name, instead of those of a diagnosis.
+    /// Bounds of parameters by name; they replace those of a diagnosis.
     pub bounds: &'a Overrides,
-    /// Decides all random numbers.
+    /// Seed of all random numbers.
     pub seed: u64,
-    /// Rounds at most: the first finds a cause or a pair, each further one a cause more.
+    /// Largest number of rounds: the first finds a cause or a pair, each further one adds a cause.
     pub rounds: usize,
 }
 
-/// What is named: of every model that cannot be told from the best, the families in common.
+/// The names: the families that all models have that cannot be distinguished from the best.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Named {
     /// Causes of the best model, of these families.
     pub causes: Vec<&'static Extension>,
-    /// Causes that other models have in their place: in the place of which, and the cause.
+    /// Alternatives in other models: the cause that they lack, and the cause in its place.
     pub rivals: Vec<(&'static Extension, &'static Extension)>,
-    /// Its gain in standard errors, and the probability of so large a gain by chance.
+    /// Its gain in standard errors, and the probability of at least this gain by chance.
     pub evidence: [f64; 2],
     /// Its position among the entries.
     pub(crate) entry: usize,
 }
 
-/// The answer.
+/// The answer of the race.
 #[derive(Debug)]
 pub struct Answer {
-    /// What the base lacks; `None` where models without anything in common follow the drives as well.
+    /// The named causes; `None` if models without a common family follow the drives as well.
     pub named: Option<Named>,
-    /// What to calibrate with, by its position among the entries; `None` where the base follows unseen drives as well.
+    /// Position of the recommended model among the entries; `None` if none is recommended.
     winner: Option<usize>,
     /// The base, and every model that was judged.
     entries: Vec<Entry>,
@@ -117,11 +116,11 @@ pub struct Answer {
     pub laws: Vec<LawEntry>,
     /// Stretches that no model follows.
     pub not_followed: Vec<NotFollowed>,
-    /// Every model that cannot be told from the best at the shorter horizons, by its causes; another law by its name.
+    /// Causes of every model that cannot be distinguished from the best at the shorter horizons; for another law, its name.
     pub set: Vec<Vec<String>>,
-    /// The gain that the drives could have shown, where the race names nothing.
+    /// The gain that the drives could have shown, if the race names no cause.
     pub power: Option<Power>,
-    /// What was tried.
+    /// All models that were tried.
     pub tried: ClosedLoopEntry,
     /// Simulated candidates, over one drive or part each.
     pub simulations: u64,
@@ -130,14 +129,14 @@ pub struct Answer {
 }
 
 impl Answer {
-    /// The causes that are recommended; none where the base follows unseen drives as well.
+    /// The recommended causes; empty if none is recommended.
     #[must_use]
     pub fn recommended(&self) -> &[&'static Extension] {
         self.winner.map_or(&[], |k| &self.entries[k].causes)
     }
 }
 
-/// Everything that is tried with a base: each cause whose size does not depend on a time of one drive, and pairs that hide each other.
+/// The sets of causes to try with a base: each cause that does not depend on a time of one drive, and pairs that hide each other.
 fn sets(causes: &[&'static Extension]) -> Vec<Vec<&'static Extension>> {
     let lasting: Vec<&'static Extension> = causes
         .iter()
@@ -157,8 +156,8 @@ fn names(causes: &[&'static Extension]) -> Vec<String> {
     causes.iter().map(|cause| cause.name.clone()).collect()
 }
 
-/// What is fitted before any cause is judged: the base, other laws, and the base with what comes late. The best of these follows whatever
-/// the car does by itself.
+/// The models fitted before any cause is judged: the base, other laws, and the base with delays and lags. The best of them follows all
+/// normal behaviour of the car.
 struct First {
     field: Field,
     base: Entry,
@@ -167,7 +166,7 @@ struct First {
 }
 
 impl First {
-    /// Fitted to these drives.
+    /// Fits them to these drives.
     ///
     /// # Errors
     /// As [`Field::model`].
@@ -177,7 +176,7 @@ impl First {
         let others: Vec<&Base> = BASES.iter().filter(|law| **law != request.base.base).collect();
         let law = |law: &&Base| {
             let variant = Variant { base: **law, extensions: Extensions::NONE, ..request.base };
-            // A law that cannot be had costs nothing but itself.
+            // Leave out a law that cannot be fitted.
             Some((variant.name(), field.law(variant).ok()?))
         };
         let laws = others.par_iter().filter_map(law).collect();
@@ -195,7 +194,7 @@ impl First {
         laws.chain(&self.late).chain([&self.base]).map(|entry| entry.model.simulations()).sum()
     }
 
-    /// Stretches of the drives that none of these follows.
+    /// Stretches of the drives that none of these models follows.
     fn not_followed(&self, drives: &[Drive], policy: &Policy) -> Vec<NotFollowed> {
         let laws = self.laws.iter().map(|(_, entry)| entry);
         stretches(drives, &self.field, laws.chain(&self.late).chain([&self.base]), policy)
@@ -266,7 +265,8 @@ pub fn race(
     answer.field.judge(&mut base)?;
     answer.simulations += base.model.simulations();
     if held(&base).is_none() {
-        answer.tried.not_testable = Some(format!("{}: no parameters were found with which it drives", request.base));
+        answer.tried.not_testable =
+            Some(format!("{}: no parameters were found that complete the drives", request.base));
         return Ok(answer);
     }
     show(0.3, "other laws on unseen drives")?;
@@ -306,8 +306,8 @@ fn judged(answer: &mut Answer, laws: Vec<(String, Entry)>, base: &Entry) -> Resu
     Ok(all)
 }
 
-/// Models with these causes more than `own`, in the order of the sets; those that are `known` are taken as they are. Single causes come first:
-/// a pair goes on from where each of its causes led by itself, too.
+/// Models with more causes than `own`, in the order of the sets; those in `known` are taken unchanged. Single causes come first, because
+/// the fit of a pair also starts from those of its causes.
 fn with_causes(
     field: &Field,
     own: &Entry,
@@ -334,7 +334,7 @@ fn with_causes(
     Ok(all)
 }
 
-/// One round: all causes against the model so far, of which some are fitted already. True if one of them is recommended.
+/// One round: tests all causes against the present model; some are fitted already. True if one of them is recommended.
 fn round(
     answer: &mut Answer,
     request: &Request<'_>,
@@ -378,7 +378,7 @@ fn round(
         answer.power = power(&entered, &found, answer.tried.bins).filter(|_| named.is_none());
     }
     let passes = |k: &usize| asked[*k].iter().all(|check| check.met);
-    // What else is worth its parameters is asked in the next round. Of as simple ones, what a user gains most with.
+    // The next round tests whether a further cause is worth its parameters. Among equally simple models, take the largest gain for a user.
     let gain = |k: usize| -found.rows[k].gains[HORIZONS - 1].share;
     let best = (0..entered.len()).filter(passes).min_by(|&a, &b| simplest(&entered, a, b, &gain));
     match (&mut answer.named, named) {
@@ -393,12 +393,12 @@ fn round(
     Ok(best.is_some())
 }
 
-/// The gain that so many bins could have shown.
+/// The gain that this number of bins could have shown.
 fn power(entered: &[Entry], table: &Table, bins: usize) -> Option<Power> {
     let [needed, gain] = table.found;
     let best = (0..entered.len()).max_by(|&a, &b| table.rows[a].t.total_cmp(&table.rows[b].t))?;
     let (t, minutes) = (table.rows[best].t, bins as f64 * loss::BIN_S / 60.0);
-    // Standard errors grow with the root of the time.
+    // Standard errors fall with the root of the time.
     let more = minutes * ((needed / t).powi(2) - 1.0);
     gain.is_finite().then(|| Power {
         gain,
@@ -407,7 +407,7 @@ fn power(entered: &[Entry], table: &Table, bins: usize) -> Option<Power> {
     })
 }
 
-/// The causes of every model that cannot be told from the best.
+/// The causes of every model that cannot be distinguished from the best.
 fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec<String>> {
     let Some(set) = table.sets.first() else { return Vec::new() };
     let own = entered.iter().zip(&set.models).filter(|(_, in_set)| **in_set).map(|(entry, _)| names(&entry.causes));
@@ -416,8 +416,8 @@ fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec<Str
     own.chain(reference).chain(others).collect()
 }
 
-/// The families that all models with causes have in common that cannot be told from the best at a horizon, where the reference can, and the
-/// model with all of them is better than it by more than chance.
+/// The families common to all models with causes that cannot be distinguished from the best at a horizon, provided that the reference can
+/// be distinguished and the model with all these families beats it by more than chance.
 fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Option<Named> {
     let has = |k: usize, family: &str| entered[k].causes.iter().any(|cause| cause.family() == family);
     let (mut families, mut members): (Vec<&str>, Vec<usize>) = (Vec::new(), Vec::new());
@@ -452,13 +452,13 @@ fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Opt
     Some(Named { causes, rivals, evidence: [row.t, row.p], entry: first + best })
 }
 
-/// The fewest parameters first, and of as many the lowest number.
+/// The fewest parameters first; among equals, the lowest number.
 fn simplest(entered: &[Entry], a: usize, b: usize, number: &dyn Fn(usize) -> f64) -> Ordering {
     let count = |k: usize| entered[k].causes.iter().map(|cause| cause.parameters.len()).sum::<usize>();
     count(a).cmp(&count(b)).then(number(a).total_cmp(&number(b)))
 }
 
-/// A model in the list of what was tried.
+/// A model in the list of those tried.
 fn trial(entry: &Entry, evidence: &Evidence, checks: &[Check]) -> Trial {
     let gains = Horizon::ALL.iter().zip(&evidence.gains).map(|(horizon, gain)| HorizonGain {
         horizon_s: horizon.seconds(),

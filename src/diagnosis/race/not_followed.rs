@@ -1,5 +1,5 @@
-//! Stretches that no model follows: a driver brings the car up to speed, or brakes, or somebody cuts in. They do not carry over to other drives,
-//! and left in they decide a fit. So they are found first, and at the begin and end of drives they are cut off.
+//! Stretches that no model follows: a driver brings the car up to speed or brakes, or another car cuts in. They do not carry over to other
+//! drives and can dominate a fit. So leadlag finds them first, and cuts them off near the start and end of drives.
 
 use super::Horizon;
 use super::fit::{Entry, Field};
@@ -7,7 +7,7 @@ use super::policy::Policy;
 use crate::diagnose::Drive;
 use crate::result::diagnosis::FindingEntry;
 
-/// A stretch that no law drives.
+/// A stretch that no model follows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NotFollowed {
     /// The recording ([`Drive::recording`]), and its file.
@@ -16,16 +16,17 @@ pub struct NotFollowed {
     pub file: String,
     /// Begin and end in the file's time \[s\].
     pub when: [f64; 2],
-    /// The largest error of the speed over 10 s \[m/s\], root mean square, by the law that follows best there.
+    /// The largest root mean square error of the speed over 10 s \[m/s\], by the model that follows best there.
     pub error: f64,
-    /// What is usual \[m/s\]: nine of ten bins have less.
+    /// The usual error \[m/s\]: nine of ten bins have less.
     pub usual: f64,
-    /// True near the begin or the end of the drive, where a driver brings the car up to speed or takes over: it is left out. Elsewhere it
-    /// may be what the car does, and no model has it yet.
+    /// True near the start or the end of the drive, where a driver brings the car up to speed or takes over: the race omits the stretch.
+    /// Elsewhere it may be normal behaviour of the car that no model has yet.
     pub is_left_out: bool,
 }
 
-/// Finds them: corrected towards the measurement within a quarter of a minute, even the model that follows best is far off there.
+/// Finds the stretches in which even the best model is far off, although it is corrected towards the measurement within a quarter of a
+/// minute.
 pub fn stretches<'a>(
     drives: &[Drive],
     field: &Field,
@@ -58,13 +59,13 @@ pub fn stretches<'a>(
 #[derive(Debug, Clone, Copy)]
 struct Bin {
     drive: usize,
-    /// Begin and end in the file's time \[s\]; before the first bin of a drive nothing is compared, so it begins where the drive does.
+    /// Begin and end in the file's time \[s\]. Nothing is compared before the first bin of a drive, so this bin begins with the drive.
     when: [f64; 2],
     /// Error of the speed \[m/s\], root mean square.
     error: f64,
 }
 
-/// Of a model bin by bin at the longest horizon that corrects; `None` where it cannot be fitted.
+/// Errors of a model bin by bin at the longest horizon with a correction; `None` if it cannot be fitted.
 fn speed_errors(entry: &Entry) -> Option<Vec<f64>> {
     const SPEED: usize = 1;
     let (fit, _) = entry.fits.iter().zip(Horizon::ALL).rfind(|(_, horizon)| !horizon.is_whole())?;
@@ -87,14 +88,14 @@ fn bins(field: &Field, errors: Vec<f64>) -> Vec<Bin> {
     bins
 }
 
-/// What the usual bins do not exceed.
+/// The error that the usual bins do not exceed.
 fn usual(bins: &[Bin], policy: &Policy) -> f64 {
     let mut all: Vec<f64> = bins.iter().map(|bin| bin.error).collect();
     all.sort_by(f64::total_cmp);
     all.get((policy.usual * all.len() as f64) as usize).copied().unwrap_or(f64::INFINITY)
 }
 
-/// Runs of unusual bins of a drive, one of which is far off.
+/// Sequences of unusual bins of a drive, at least one of which is far off.
 fn far_off<'a>(bins: &'a [Bin], policy: &Policy) -> Vec<&'a [Bin]> {
     let usual = usual(bins, policy);
     let far_off = (policy.not_followed * usual).max(policy.least_not_followed);
@@ -102,8 +103,8 @@ fn far_off<'a>(bins: &'a [Bin], policy: &Policy) -> Vec<&'a [Bin]> {
     runs.filter(|run| run.iter().any(|bin| bin.error > far_off)).collect()
 }
 
-/// The drives without those of these stretches that are left out; what is left of one is a drive where it is long enough. All of them as they are where nothing
-/// would be left.
+/// The drives without the stretches that are left out; the rest of a drive counts if it is long enough. If nothing would remain, all drives
+/// unchanged.
 #[must_use]
 pub fn without(drives: &[Drive], stretches: &[NotFollowed], policy: &Policy) -> Vec<Drive> {
     let left_out: Vec<&NotFollowed> = stretches.iter().filter(|stretch| stretch.is_left_out).collect();
@@ -132,7 +133,7 @@ fn cut(drive: &Drive, stretches: &[&NotFollowed], policy: &Policy) -> Vec<Drive>
 }
 
 impl NotFollowed {
-    /// As a finding of the data.
+    /// Converts it to a finding of the data.
     #[must_use]
     pub fn finding(&self) -> FindingEntry {
         let [from, to] = self.when;
@@ -147,7 +148,7 @@ impl NotFollowed {
             when: vec![self.when],
             sentence: format!(
                 "from {from:.0} to {to:.0} s no model follows: even the best one is off by {:.1} m/s over 10 s, where {:.1} m/s is \
-                 usual. Perhaps the driver drove, or a car cut in",
+                 usual. Perhaps the driver took over, or another car cut in",
                 self.error, self.usual
             ),
             correction: self.is_left_out.then(|| "left out of the race".to_owned()),
@@ -164,14 +165,14 @@ mod tests {
     fn a_run_of_unusual_bins_is_a_stretch_where_one_is_far_off() {
         let bin = |k: usize| Bin { drive: k / 60, when: [10.0 * k as f64, 10.0 * (k + 1) as f64], error: 0.1 };
         let mut bins: Vec<Bin> = (0..120).map(bin).collect();
-        // What is unusual, and not far off, is none.
+        // An unusual bin that is not far off is not a stretch.
         bins[20].error = 0.3;
         bins[63].error = 0.6;
         bins[64].error = 2.0;
         let found: Vec<Vec<f64>> =
             far_off(&bins, &Policy::DEFAULT).iter().map(|run| run.iter().map(|bin| bin.when[0]).collect()).collect();
         assert_eq!(found, [[630.0, 640.0]]);
-        // With precise sensors twenty times the usual error is still nothing to see.
+        // With precise sensors, twenty times the usual error is still too small to see.
         bins.iter_mut().for_each(|bin| bin.error *= 0.1);
         assert!(far_off(&bins, &Policy::DEFAULT).is_empty());
     }

@@ -1,12 +1,12 @@
-//! Drives in parts and folds: a fold is left out of the fits and judged.
+//! Splits drives into parts and folds; each fold is left out of a fit and judged.
 
 use crate::diagnose::Drive;
 
-/// Folds at most.
+/// Largest number of folds.
 const FOLDS: usize = 5;
-/// Folds that one or two drives are cut into.
+/// Number of folds for one or two drives.
 const CUT: usize = 4;
-/// Shorter parts are not cut off \[s\]: too few bins for a mean.
+/// Shortest part that is cut off \[s\]: a shorter one has too few bins for a mean.
 const SHORTEST_S: f64 = 60.0;
 
 /// Drives with their folds.
@@ -14,16 +14,16 @@ const SHORTEST_S: f64 = 60.0;
 pub struct Parts {
     /// Drives, or parts of them.
     pub drives: Vec<Drive>,
-    /// Which drive each is, or is a part of.
+    /// The drive of each part.
     pub of: Vec<usize>,
-    /// The fold of each.
+    /// The fold of each part.
     pub folds: Vec<usize>,
     /// Number of folds.
     pub count: usize,
 }
 
 impl Parts {
-    /// Whole recordings in turn where there are three or more; one or two are cut, so that there is something to leave out.
+    /// Assigns whole recordings to folds in turn if there are three or more; one or two are cut into folds.
     #[must_use]
     pub fn of(drives: &[Drive]) -> Parts {
         let mut recordings: Vec<String> = Vec::new();
@@ -56,7 +56,7 @@ impl Parts {
         parts
     }
 
-    /// For each fold the parts that a fit without it counts.
+    /// For each fold, the parts that count in a fit without it.
     #[must_use]
     pub fn trained(&self) -> Vec<Vec<bool>> {
         (0..self.count).map(|fold| self.folds.iter().map(|own| *own != fold).collect()).collect()

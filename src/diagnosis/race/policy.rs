@@ -1,55 +1,55 @@
-//! Every number that decides what the race names and recommends, with its unit and its reason.
+//! Every number that decides names and recommendations of the race, with its unit and reason.
 
 use crate::diagnose::Effort;
 use serde::{Deserialize, Serialize};
 
-/// When a model counts as better.
+/// The criteria for a better model.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Policy {
-    /// Mean length of the blocks of the bootstrap \[s\]: errors of a car that follows last for some tens of seconds.
+    /// Mean length of the bootstrap blocks \[s\]: errors of a following car last for some tens of seconds.
     pub block_s: f64,
-    /// Resamples of the bootstrap \[-\]: tens beyond the strictest probability.
+    /// Number of resamples \[-\]: the strictest probability is still that of tens of resamples.
     pub resamples: usize,
-    /// Bins at least \[-\]: with fewer blocks than ten a bootstrap knows no tails.
+    /// Smallest number of bins \[-\]: with fewer than ten blocks a bootstrap has no tails.
     pub least_bins: usize,
-    /// Probability of a name by chance, adjusted for all models of a race \[-\].
+    /// Largest probability of a name by chance, adjusted for all models of a race \[-\].
     pub chance_of_a_name: f64,
-    /// Gain of a name at the middle horizon at least, as a share of the error \[-\]: in gusts a late model predicts the next seconds some per
-    /// cent better, because a gust lasts; over a quarter of a minute that is gone.
+    /// Smallest gain of a name at the middle horizon, as a share of the error \[-\]: in gusts, a model with a delay predicts the next
+    /// seconds some per cent better, because a gust lasts; over a quarter of a minute this gain vanishes.
     pub least_gain: f64,
-    /// Probability of a recommendation by chance, adjusted likewise \[-\]: what else is asked of it lowers it further.
+    /// Largest probability of a recommendation by chance, adjusted likewise \[-\]: the other checks lower it further.
     pub chance: f64,
     /// Level of the confidence set \[-\].
     pub set: f64,
-    /// Gain over whole drives in standard errors at least \[-\]: a recommendation has to gain where it is used, and the shorter horizons
-    /// show what it is.
+    /// Smallest gain over whole drives in standard errors \[-\]: a recommended model has to gain in its use, and the shorter horizons give
+    /// the evidence.
     pub whole_drives: f64,
-    /// A size is one of the car if it is at most so many times as large at one horizon, or without one fold, as at another \[-\].
+    /// Largest ratio of a size between two horizons, or without one fold, if it is to be a property of the car \[-\].
     pub spread: f64,
-    /// A size nearer to none than this share of its axis is none \[-\], and has no ratio to another one.
+    /// Share of its axis below which a size is zero \[-\]; ratios of zero sizes are undefined.
     pub none: f64,
-    /// Gain in training that is worth a judgement, as a share of the error \[-\]: less is nothing to change a model for.
+    /// Smallest training gain that is worth a test, as a share of the error \[-\]: a smaller one does not justify a change of the model.
     pub worth_trying: f64,
-    /// Shares of the smallest measured spacing \[-\] that a model may fall short of in as many whole drives as the base, and no more: one that
+    /// Shares of the smallest measured spacing \[-\]: a model may fall below each in no more whole drives than the base, because one that
     /// comes closer collides on the next drive.
     pub least_spacing: [f64; 3],
-    /// A stretch is not followed if the error of the speed over 10 s is so many times the usual one \[-\], which nine of ten bins do not
-    /// exceed: a law that is no good at something is off by twice that.
+    /// A stretch is not followed if the error of the speed over 10 s is this multiple of the usual one \[-\], which nine of ten bins do not
+    /// exceed: a law that lacks an effect is off by twice the usual error.
     pub not_followed: f64,
-    /// And at least this \[m/s\]: what a driver does is not subtle.
+    /// Smallest error of such a stretch \[m/s\]: a driver's intervention is large.
     pub least_not_followed: f64,
     /// Share of the bins that are usual \[-\].
     pub usual: f64,
-    /// Stretches that no model follows are left out so near to the begin or the end of a drive \[s\]: there drivers take over.
+    /// Distance from the start or the end of a drive within which such stretches are left out \[s\]: there drivers take over.
     pub edge_s: f64,
-    /// What is left of a drive counts if it is this long \[s\]: six bins.
+    /// Shortest rest of a drive that counts \[s\]: six bins.
     pub least_piece_s: f64,
-    /// Probability that an interval holds \[-\].
+    /// Probability of the intervals \[-\].
     pub interval: f64,
 }
 
 impl Policy {
-    /// The policy of this state of the program.
+    /// The policy of this version.
     pub const DEFAULT: Policy = Policy {
         block_s: 60.0,
         resamples: 4_999,
@@ -72,7 +72,7 @@ impl Policy {
     };
 }
 
-/// Rounds at most: the first finds a cause or a pair, each further one a cause more, and costs as much.
+/// Largest number of rounds: the first finds a cause or a pair, each further one adds a cause and costs as much.
 #[must_use]
 pub fn rounds(effort: Effort) -> usize {
     if effort == Effort::Quick { 1 } else { 2 }

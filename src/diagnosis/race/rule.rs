@@ -1,4 +1,4 @@
-//! What is asked of a model before it is recommended, with what was found and what is needed.
+//! The checks before a recommendation, with values and limits.
 
 use super::evidence::Evidence;
 use super::fit::{Entry, Fit};
@@ -8,7 +8,7 @@ use crate::diagnose::likelihood::model::is_lead;
 use crate::extension::Extension;
 use crate::judge::Check;
 
-/// What is asked of a model with more causes than `base`, where these causes are `named`.
+/// The checks of a model with more causes than `base`; `named` has the families of the named causes.
 #[must_use]
 pub fn checks(
     policy: &Policy,
@@ -22,7 +22,7 @@ pub fn checks(
     let is_named = |cause: &&&'static Extension| named.iter().any(|named| named.family() == cause.family());
     let unnamed = added.len() - added.iter().filter(is_named).count();
     vec![
-        // What cannot be told from models without it is no property of the car, and need not carry over to other drives.
+        // A cause that cannot be distinguished from others is not a property of the car, and may not carry over to other drives.
         Check::at_most("causes of families that are not named", unnamed as f64, 0.0),
         Check::at_most("probability by chance", evidence.p, policy.chance),
         Check::at_least("gain over whole drives, in standard errors", whole.t, policy.whole_drives),
@@ -32,18 +32,18 @@ pub fn checks(
             policy.spread,
         ),
         Check::at_most("parameters on a bound that the base is not on", on_bounds(base, entry) as f64, 0.0),
-        Check::at_most("how often it comes closer than the base", too_close(entry) - too_close(base), 0.0),
+        Check::at_most("close approaches in excess of the base", too_close(entry) - too_close(base), 0.0),
     ]
 }
 
-/// How often a model comes too close to the car ahead in drives, or parts of them, that were left out.
+/// Number of times a model comes too close to the car ahead in drives, or parts of them, that the fits left out.
 fn too_close(entry: &Entry) -> f64 {
     let judged = entry.whole_drives().and_then(|fit| fit.judged.as_ref());
     judged.map_or(f64::INFINITY, |judged| judged.too_close as f64)
 }
 
-/// The largest ratio of the sizes of the added causes over the longer horizons and the folds of whole drives; infinite where a sign
-/// changes, or where nothing has a size.
+/// The largest ratio of the sizes of the added causes over the longer horizons and the folds of whole drives; infinite if a sign changes or
+/// all sizes are zero.
 fn spread(policy: &Policy, entry: &Entry, added: &[&'static Extension]) -> f64 {
     let model = &entry.model;
     let fits = || entry.fits.iter().zip(Horizon::ALL).filter(|(_, horizon)| *horizon != Horizon::Step);
@@ -60,7 +60,7 @@ fn spread(policy: &Policy, entry: &Entry, added: &[&'static Extension]) -> f64 {
         if all.iter().all(is_none) {
             return None;
         }
-        // A limit has a size of its own, everything else is counted from where it does nothing.
+        // The size of a limit is its value; all others count from the neutral value.
         let size = |value: &f64| if axis.log { *value } else { value - neutral };
         let range = all.iter().map(size).fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), x| (a.min(x), b.max(x)));
         let (least, most) = range;
@@ -70,7 +70,7 @@ fn spread(policy: &Policy, entry: &Entry, added: &[&'static Extension]) -> f64 {
     ratios.max_by(f64::total_cmp).unwrap_or(f64::INFINITY)
 }
 
-/// Parameters that whole drives press against a bound, and not those of the base.
+/// Number of parameters that whole drives press against a bound, except those on a bound in the base.
 fn on_bounds(base: &Entry, entry: &Entry) -> usize {
     let Some(fit) = entry.whole_drives() else { return usize::MAX };
     let of_base = |k: usize| {

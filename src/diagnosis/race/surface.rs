@@ -1,4 +1,4 @@
-//! What a fit goes down: the loss of a model over some drives, at one horizon.
+//! The objective of a fit: the loss of a model over some drives, at one horizon.
 
 use super::Horizon;
 use super::loss::{Counts, Losses, SHORTFALL, Scale, Sizes, of_squares, slopes};
@@ -10,9 +10,9 @@ use crate::lanes::{Bins, Differences, Products};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// How runs go on behind a collision, and what they pay for it.
+/// Continuation of runs beyond a collision, and the penalty for it.
 const SOFT: Soft = Soft { least: 0.1, price: 1.0 };
-/// Step of a difference, as a share of an axis; limits that bind now and then need one that is not lost between two samples.
+/// Finite-difference step, as a share of an axis; a limit that is reached now and then needs a step that changes at least one sample.
 const STEP: f64 = 1e-4;
 
 /// The loss of a model over the parts that count.
@@ -26,24 +26,24 @@ pub struct Surface<'a> {
     pub scales: &'a [Scale],
     /// Which parts count.
     pub counts: &'a [bool],
-    /// How far ahead the model predicts.
+    /// The horizon of the correction.
     pub horizon: Horizon,
 }
 
 impl Surface<'_> {
-    /// The values at a place.
+    /// The parameter values at a point.
     #[must_use]
     pub fn values(&self, place: &[f64]) -> Vec<f64> {
         self.model.axes.iter().zip(place).map(|(axis, u)| axis.value(*u)).collect()
     }
 
-    /// The place of some values.
+    /// The point of parameter values.
     #[must_use]
     pub fn place(&self, values: &[f64]) -> Vec<f64> {
         self.model.axes.iter().zip(values).map(|(axis, value)| axis.coordinate(*value)).collect()
     }
 
-    /// Coordinates that no fit moves.
+    /// Coordinates that are fixed.
     #[must_use]
     pub fn fixed(&self) -> Vec<usize> {
         (0..self.model.axes.len()).filter(|&k| self.model.axes[k].is_fixed()).collect()
@@ -58,7 +58,8 @@ impl Surface<'_> {
         Pull { share, soft: Some(SOFT) }
     }
 
-    /// How often the parts that count come closer to the car ahead than one of these shares of the smallest measured spacing, or fail.
+    /// Number of times the parts that count come closer to the car ahead than one of these shares of the smallest measured spacing, or
+    /// fail.
     ///
     /// # Errors
     /// [`DiagnoseError::Evaluate`].
@@ -75,7 +76,7 @@ impl Surface<'_> {
         Ok(count)
     }
 
-    /// Losses of values on the parts that count; those of a run that fails are infinite.
+    /// Losses of candidates on the parts that count; infinite for a run that fails.
     ///
     /// # Errors
     /// [`DiagnoseError::Evaluate`].
@@ -172,10 +173,10 @@ fn failed(n: usize) -> Slopes {
 }
 
 impl Sizes {
-    /// Bins as the lanes take them.
+    /// The bins in the form of the lanes.
     #[must_use]
     pub fn bins(&self, horizon: Horizon) -> Bins<'_> {
-        // Over a second the noise of a speed averages out; NRMSE(s,v,a) takes the acceleration of each sample.
+        // Over a second the noise of a speed averages out; NRMSE(s,v,a) uses the acceleration of each sample.
         let mean = if horizon.is_whole() { 0 } else { self.second };
         Bins { of: &self.of, count: self.count(), mean }
     }

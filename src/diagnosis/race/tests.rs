@@ -11,13 +11,13 @@ fn cause(name: &str) -> &'static Extension {
 fn pairs_are_causes_that_hide_each_other() {
     let causes = ["dead_zone", "actuation_lag", "leader_accel_ff", "set_speed_change", LEAD].map(cause);
     let names: Vec<Vec<String>> = sets(&causes).iter().map(|set| names(set)).collect();
-    // What happens at a time has no fold to be judged on, and the lead is no property of a car.
+    // An event has no fold to be judged on, and the lead is not a property of a car.
     let expected: [&[&str]; 4] =
         [&["dead_zone"], &["actuation_lag"], &["leader_accel_ff"], &["actuation_lag", "leader_accel_ff"]];
     assert_eq!(names, expected);
 }
 
-/// Losses of 90 bins at each horizon: what all models share, and a little of its own, less by so much.
+/// Losses of 90 bins at each horizon: a part common to all models and a small separate one, minus `less`.
 fn rows(less: f64, own: f64) -> Rows {
     let loss = |k: usize, h: usize| {
         let t = k as f64 + 100.0 * h as f64;
@@ -36,7 +36,7 @@ fn a_better_model_leaves_the_reference_and_worse_laws_behind() {
     for set in &found.sets {
         assert!(set.models[0] && !set.models[1] && set.models[2] && !set.reference && !set.laws[0], "{set:?}");
     }
-    // Over whole drives a gain is a share of the loss, at shorter horizons one of the logarithm of squared errors.
+    // Over whole drives a gain is a share of the loss; at shorter horizons it is a share of the logarithm of squared errors.
     let gains = &found.rows[0].gains;
     assert!(
         (gains[2].share - 0.1).abs() < 0.01 && (gains[0].share - (1.0 - (-0.05_f64).exp())).abs() < 0.01,
@@ -44,7 +44,7 @@ fn a_better_model_leaves_the_reference_and_worse_laws_behind() {
     );
     let none = table(&reference, &[rows(0.0, 2.0)], &[], &[], &resamples, &Policy::DEFAULT);
     assert!(none.rows[0].p > 0.05 && none.sets.iter().all(|set| set.reference), "{none:?}");
-    // One model alone is found from some three standard errors on, of which each is 1 % of the error here at most.
+    // A single model is found from about three standard errors on, each of which is at most 1 % of the error here.
     let [needed, gain] = none.found;
     assert!((2.5..6.0).contains(&needed) && gain > 0.0 && gain < 0.06, "{none:?}");
 }

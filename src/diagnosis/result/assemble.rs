@@ -1,4 +1,4 @@
-//! From a finished calibration to its result file; every score is computed again by the f64 reference.
+//! Writes a result file from a finished calibration; the f64 reference computes every score again.
 
 use super::ExtensionEntry;
 use super::diagnosis::FindingEntry;
@@ -19,31 +19,31 @@ use crate::trajectory::Trajectory;
 use crate::vehicle::Vehicle;
 use indexmap::IndexMap;
 
-/// What a result file is made of.
+/// The contents of a result file.
 pub struct Calibrated<'a> {
     /// The evaluator that was used.
     pub evaluator: &'a dyn Evaluator,
-    /// The reference on the same cases, which scores again.
+    /// The reference on the same cases, for the scores.
     pub reference: &'a Reference,
     /// The trajectories, in the order of the cases.
     pub trajectories: &'a [&'a Trajectory],
-    /// The vehicle, and how it is found again.
+    /// The vehicle, and the name or file that gives it again.
     pub vehicle: Option<(&'a Vehicle, &'a str)>,
-    /// What was searched.
+    /// The search space.
     pub space: &'a SearchSpace,
-    /// Where the bounds of the space are from, and why those, in words.
+    /// The source of the bounds and the reason for it, in words.
     pub bounds_from: String,
     /// The objective.
     pub gof: GoodnessOfFit,
     /// The settings.
     pub settings: &'a Calibration,
-    /// What was found.
+    /// The replicates found.
     pub replicates: Vec<Replicate>,
-    /// How well the parameters of the best candidate are known; `None` if it was not asked for.
+    /// Identifiability of the parameters of the best candidate; `None` if not requested.
     pub knowledge: Option<Identifiability>,
 }
 
-/// Measures of a candidate, the mean over the cases; none if a run failed or is rejected.
+/// Measures of a candidate, the mean over the cases; `None` if a run failed or is rejected.
 fn measures(reference: &Reference, space: &SearchSpace, candidate: &[f64]) -> Option<Measures> {
     let parameters = space.parameters(candidate);
     let mut trace = Trace::default();
@@ -158,7 +158,7 @@ impl Calibrated<'_> {
 fn scores(measures: Option<&Measures>) -> IndexMap<String, Option<f64>> {
     let values = measures.map(Measures::values);
     let finite = |i: usize| values.map(|v| v[i]).filter(|x| x.is_finite());
-    // NRMSE first: what nearly everybody looks for.
+    // NRMSE first, because most readers look for it.
     let mut order: Vec<usize> = (0..Measures::NAMES.len()).collect();
     order.sort_by_key(|&i| match Measures::NAMES[i] {
         "nrmse_sva" => 0,

@@ -1,4 +1,4 @@
-//! `result.json`: what a calibration found and how. The same bytes for the same seed; times go to `timing.json`.
+//! `result.json`: the result of a calibration and its settings. The same seed gives the same bytes; times are in `timing.json`.
 
 pub mod assemble;
 pub mod diagnosis;
@@ -33,26 +33,26 @@ pub struct ResultFile {
     pub variant: String,
     /// The convention, as `--convention` takes it.
     pub convention: String,
-    /// The law, where the base model is none of the paper.
+    /// The law, if the base model is not from the paper.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub law: Option<ExtensionEntry>,
-    /// What the model has beyond its variant.
+    /// The extensions of the model.
     pub extensions: Vec<ExtensionEntry>,
-    /// What simulated the candidates.
+    /// The evaluator of the candidates.
     pub evaluator: String,
     /// Its precision.
     pub precision: String,
-    /// The device, where there is one.
+    /// The device, if there is one.
     pub adapter: Option<String>,
     /// The trajectories, one entry per follower and segment.
     pub data: Vec<DataEntry>,
-    /// The vehicle, where the variant needs one.
+    /// The vehicle, if the variant needs one.
     pub vehicle: Option<VehicleEntry>,
     /// The goodness of fit that was minimised.
     pub gof: String,
     /// The algorithm.
     pub optimizer: String,
-    /// Members of a generation, where they were asked for.
+    /// Members of a generation, if requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub population: Option<u64>,
     /// The seed.
@@ -65,31 +65,31 @@ pub struct ResultFile {
     pub units: IndexMap<String, String>,
     /// Their bounds; equal bounds mean a fixed value.
     pub bounds: IndexMap<String, [f64; 2]>,
-    /// Where the bounds are from, and why those, in words; none in results of before 0.2.
+    /// The source of the bounds and the reason for it, in words; `None` in results before 0.2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bounds_from: Option<String>,
     /// Parameters within 0.1 % of the range of a bound, see [`SearchSpace::at_bound`](crate::calibrate::SearchSpace::at_bound).
     pub at_bound: Vec<String>,
-    /// That the drives are hardly of one driver, in words; `None` where nothing says so.
+    /// The message that the drives probably have different drivers; `None` if nothing suggests it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drivers: Option<String>,
-    /// What the same calibration finds with the faults of the data corrected, or without that where they are.
+    /// The result of the same calibration with corrected data, or with uncorrected data if these were corrected.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared: Option<ComparedEntry>,
-    /// Confidence intervals by parameter; an end that is a bound may be the bound's and not the data's, see `identifiability`.
+    /// Confidence intervals by parameter; a bound of the search may limit an end, see `identifiability`.
     pub intervals: IndexMap<String, [f64; 2]>,
-    /// How well the parameters are known; none if it was not asked for.
+    /// Identifiability of the parameters; `None` if not requested.
     #[serde(default)]
     pub identifiability: Option<IdentifiabilityEntry>,
     /// Simulated candidates of all replicates.
     pub evaluations: u64,
     /// The replicates, in order.
     pub replicates: Vec<ReplicateEntry>,
-    /// Coefficient of variation of the scores over replicates; null with fewer than two.
+    /// Coefficient of variation of the scores over replicates; `None` with fewer than two.
     pub cv: Option<f64>,
 }
 
-/// A calibration on the same data, treated otherwise.
+/// A calibration on the same data, with or without their corrections.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ComparedEntry {
     /// Whether faults of its data are corrected.
@@ -98,12 +98,12 @@ pub struct ComparedEntry {
     pub parameters: IndexMap<String, f64>,
 }
 
-/// A law, or what the model has beyond its variant.
+/// A law or an extension.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExtensionEntry {
     /// Its name.
     pub name: String,
-    /// The whole text of a user's own; none for a built-in one.
+    /// The whole text of a user's own; `None` for a built-in one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub text: Option<String>,
 }
@@ -124,14 +124,14 @@ impl ExtensionEntry {
     }
 }
 
-/// One trajectory that was used.
+/// A trajectory.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DataEntry {
     /// The file.
     pub path: String,
     /// Its checksum.
     pub sha256: String,
-    /// Which follower.
+    /// Number of the follower.
     pub follower: usize,
     /// Name of the follower in the file.
     pub name: String,
@@ -141,30 +141,30 @@ pub struct DataEntry {
     pub window_s: [f64; 2],
     /// First scored sample.
     pub first_scored: usize,
-    /// What was done to the data before, one line each.
+    /// Changes to the data before the calibration, one line each.
     pub preparation: Vec<String>,
-    /// What the check of the data found.
+    /// Findings of the data check.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub findings: Vec<FindingEntry>,
-    /// The same, as far as another drive must share it to be comparable.
+    /// The changes that another drive must share to be comparable.
     pub treatment: Treatment,
-    /// The grade table, where the variant needs one: a file, or none for a level road.
+    /// The grade table, if the variant needs one: a file, or none for a level road.
     pub grade: Option<Source>,
 }
 
-/// How data were treated: results on data treated otherwise do not compare.
+/// Treatment of data: results with different treatments do not compare.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Treatment {
     /// Smoothed as the paper's authors did.
     pub smoothed: bool,
     /// Time step \[s\].
     pub step_s: f64,
-    /// What the spacing was anchored to.
+    /// The reference of the spacing.
     pub spacing_from: String,
 }
 
 impl Treatment {
-    /// How a trajectory was treated.
+    /// The treatment of a trajectory.
     #[must_use]
     pub fn of(trajectory: &Trajectory) -> Treatment {
         let anchor = trajectory.notes.iter().find_map(|note| match note {
@@ -186,7 +186,7 @@ impl std::fmt::Display for Treatment {
     }
 }
 
-/// The vehicle that was used.
+/// The vehicle.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct VehicleEntry {
     /// Its short name.
@@ -195,20 +195,20 @@ pub struct VehicleEntry {
     pub m_0: f64,
     /// Equivalent inertial mass factor.
     pub phi_f: f64,
-    /// How `--vehicle` finds it: `NAME` or `FILE#NAME`.
+    /// The value of `--vehicle` that gives it again: `NAME` or `FILE#NAME`.
     pub from: String,
-    /// The vehicle table and the MFC curve, where they are files.
+    /// The vehicle table and the MFC curve, if they are files.
     pub files: Vec<Source>,
 }
 
-/// How well the parameters are known; see `identify`.
+/// Identifiability of the parameters; see `identify`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct IdentifiabilityEntry {
     /// Share of cases in which an interval should hold the true value.
     pub confidence: f64,
     /// By parameter.
     pub parameters: IndexMap<String, KnowledgeEntry>,
-    /// Correlations among candidates that are nearly as good as the best; none if the search met too few.
+    /// Correlations among candidates that are nearly as good as the best; `None` if the search met too few.
     pub correlation: Option<CorrelationEntry>,
     /// Lowest and highest value over the replicates' best candidates; empty with one replicate.
     pub replicate_range: IndexMap<String, [f64; 2]>,
@@ -218,27 +218,27 @@ pub struct IdentifiabilityEntry {
     pub note: Option<String>,
 }
 
-/// What is known of one parameter.
+/// Identifiability of one parameter.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct KnowledgeEntry {
-    /// Lower and upper end of the interval: true if it is the bound of the search that ends it, not the data.
+    /// For the lower and the upper end of the interval: true if the bound of the search limits it, not the data.
     pub open: [bool; 2],
-    /// False where the drive does not determine the parameter, so that `intervals` has none.
+    /// False if the drive does not determine the parameter; `intervals` then has no entry.
     #[serde(default = "yes")]
     pub determined: bool,
-    /// Samples that would tell as much if they were independent.
+    /// Number of independent samples with the same information.
     pub effective_samples: f64,
     /// Rise of the score, all others at their best, at which the interval ends.
     pub rise: f64,
 }
 
-/// What results say that were written before there was a question.
+/// Older results lack the entry.
 fn yes() -> bool {
     true
 }
 
 impl KnowledgeEntry {
-    /// Of what was found out.
+    /// Converts an identifiability.
     #[must_use]
     pub fn of(knowledge: &Knowledge) -> KnowledgeEntry {
         let Knowledge { open, determined, effective_samples, rise, .. } = *knowledge;
@@ -255,7 +255,7 @@ pub struct CorrelationEntry {
     pub matrix: Vec<Vec<f64>>,
     /// Number of candidates.
     pub candidates: usize,
-    /// How much worse than the best they are at most, in units of the score.
+    /// Largest difference of their scores from the best, in units of the score.
     pub rise: f64,
 }
 
@@ -264,7 +264,7 @@ pub struct CorrelationEntry {
 pub struct ReplicateEntry {
     /// Its number, from 0; it draws from stream (seed, number).
     pub replicate: u64,
-    /// The goodness of fit of its best candidate, by the f64 reference; none where the candidate fails in f64.
+    /// The goodness of fit of its best candidate, by the f64 reference; `None` if the candidate fails in f64.
     pub score: Option<f64>,
     /// Simulated candidates.
     pub evaluations: u64,
@@ -277,7 +277,7 @@ pub struct ReplicateEntry {
 }
 
 impl ResultFile {
-    /// The lowest score of its replicates in f64: that of the calibrated parameters.
+    /// The lowest score of its replicates in f64, which is that of the calibrated parameters.
     #[must_use]
     pub fn best_score(&self) -> Option<f64> {
         self.replicates.iter().filter_map(|replicate| replicate.score).min_by(f64::total_cmp)
@@ -291,14 +291,14 @@ impl ResultFile {
         text
     }
 
-    /// The variant with its extensions, as people call it.
+    /// The variant with its extensions, in words.
     #[must_use]
     pub fn model(&self) -> String {
         let extensions = self.extensions.iter().map(|extension| format!("+{}", extension.name));
         std::iter::once(self.variant.clone()).chain(extensions).collect()
     }
 
-    /// The same, with the id of Table 1 before it.
+    /// The same with the id of Table 1 in front.
     #[must_use]
     pub fn numbered_model(&self) -> String {
         match self.model_id {
@@ -307,7 +307,7 @@ impl ResultFile {
         }
     }
 
-    /// What a parameter means, in words; empty where nobody says.
+    /// The meaning of a parameter; empty if unknown.
     #[must_use]
     pub fn meaning(&self, parameter: &str) -> &'static str {
         let own = || {
@@ -320,8 +320,7 @@ impl ResultFile {
 
     /// The variant with its parameters, ready to be simulated again.
     ///
-    /// # Errors
-    /// [`ContentError`] when the content does not fit together.
+    /// # Errors [`ContentError`] if the content contradicts itself.
     pub fn calibrated_variant(&self) -> Result<CalibratedVariant, ContentError> {
         let mut variant = match &self.law {
             Some(law) => Variant::named(&self.variant, &[law.read()?])?,

@@ -1,4 +1,4 @@
-//! Reading `result.json`: in bounded memory, and only where its parts fit together.
+//! Reads `result.json`, in bounded memory, and checks that its parts fit together.
 
 use super::{CorrelationEntry, ResultFile, SCHEMA_VERSION};
 use crate::catalog::UnknownVariant;
@@ -28,7 +28,7 @@ pub enum ResultFileError {
         /// Where and why.
         source: serde_json::Error,
     },
-    /// It is of another version.
+    /// It has another version.
     #[error("{path}: schema_version {found}; this program reads version {SCHEMA_VERSION}")]
     Version {
         /// The file.
@@ -46,13 +46,13 @@ pub enum ResultFileError {
     },
 }
 
-/// Of any version.
+/// A file of any version.
 #[derive(Deserialize)]
 struct Versioned {
     schema_version: Option<u64>,
 }
 
-/// The text of a file that `calibrate` or `diagnose` wrote; no more of it is read than such a file has.
+/// The text of a file from `calibrate` or `diagnose`; reads no more than such a file can have.
 ///
 /// # Errors
 /// [`ResultFileError::Read`].
@@ -64,13 +64,12 @@ pub fn read_bounded(path: &std::path::Path) -> Result<String, ResultFileError> {
 impl ResultFile {
     /// Reads a result file.
     ///
-    /// # Errors
-    /// [`ResultFileError`] when it cannot be read, is of another version, or contradicts itself.
+    /// # Errors [`ResultFileError`] if it cannot be read, has another version, or contradicts itself.
     pub fn read(path: &std::path::Path) -> Result<ResultFile, ResultFileError> {
         let shown = path.display().to_string();
         let text = read_bounded(path)?;
         let json = |source| ResultFileError::Json { path: shown.clone(), source };
-        // Not by way of a tree of all values, which takes many times the memory of the text.
+        // Without a tree of all values, which would take many times the memory of the text.
         let Versioned { schema_version } = serde_json::from_str(&text).map_err(json)?;
         match schema_version {
             Some(version) if version != u64::from(SCHEMA_VERSION) => {
@@ -84,7 +83,7 @@ impl ResultFile {
         }
     }
 
-    /// What is written more than once must be the same: the variant by name and by id, parameters by their names, with their units.
+    /// Repeated entries must agree: the variant by name and by id, parameters by their names, with their units.
     fn check(&self) -> Result<(), ContentError> {
         let CalibratedVariant { variant, .. } = self.calibrated_variant()?;
         if variant.id() != self.model_id {
@@ -179,7 +178,7 @@ pub enum ContentError {
     /// A parameter of the variant is missing.
     #[error("parameter {0} is missing")]
     Parameter(&'static str),
-    /// Id and name of the variant are of two variants.
+    /// Id and name belong to two variants.
     #[error("model_id: expected {expected}, the id of variant {name}, found {found}")]
     ModelId {
         /// Name of the variant.
@@ -189,8 +188,8 @@ pub enum ContentError {
         /// The id in the file.
         found: u32,
     },
-    /// A list has an entry that the variant has not.
-    #[error("{list}: found {name}, which variant {variant} has not")]
+    /// A list has an entry that the variant lacks.
+    #[error("{list}: found {name}, which variant {variant} does not have")]
     Foreign {
         /// The list.
         list: &'static str,
@@ -215,17 +214,17 @@ pub enum ContentError {
         /// The variant.
         variant: String,
     },
-    /// No equation takes the value of a parameter.
+    /// The value of a parameter is outside the domain of its equation.
     #[error("parameters: {name}: expected {expected}, found {found:?}")]
     Domain {
         /// The parameter.
         name: &'static str,
-        /// What it may be.
+        /// The allowed values.
         expected: String,
         /// Its value.
         found: f64,
     },
-    /// An interval begins above its end.
+    /// The lower end of an interval is above its upper end.
     #[error("{list}: {name}: expected a lower and an upper end, found [{lower}, {upper}]")]
     Reversed {
         /// The list.
@@ -237,12 +236,12 @@ pub enum ContentError {
         /// Upper end.
         upper: f64,
     },
-    /// The correlations are not those of its parameters.
+    /// The correlations do not match their parameters.
     #[error(
         "identifiability.correlation.matrix: expected {expected} rows of {expected} numbers, one for each of its parameters"
     )]
     Matrix {
-        /// Parameters.
+        /// Number of parameters.
         expected: usize,
     },
     /// A parameter is in another unit.

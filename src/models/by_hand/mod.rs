@@ -1,8 +1,8 @@
 //! The ceiling on a CPU: IDM without extensions, written by hand as one fused loop over blocks of candidates.
 //!
-//! It interprets nothing, checks nothing but the spacing, and serves no other variant: the limit for an evaluator that runs any
-//! text. Plain arrays and loops, which the compiler turns into vector instructions; the
-//! function is compiled for several instruction sets, and the processor chooses at run time.
+//! It interprets no text, checks only the spacing, and supports no other variant: an upper limit for the speed of an evaluator that runs
+//! any text. It consists of plain arrays and loops, which the compiler vectorises; the function is compiled for several instruction sets,
+//! and the processor chooses at run time.
 
 mod real;
 

@@ -1,8 +1,8 @@
-//! f32 and f64 as the hand-written loop needs them: arithmetic, and a power function over arrays.
+//! f32 and f64 for the hand-written loop: arithmetic, and a power function over arrays.
 //!
 //! Both powers are 2^(y log2 x): log2 by the series of the inverse hyperbolic tangent, 2^z by its Taylor series, exponents by
 //! their bits. Everything is a loop of plain operations over an array, without branches, which the compiler vectorises.
-#![allow(clippy::approx_constant, reason = "coefficients of a polynomial, which only happen to be near a known number")]
+#![allow(clippy::approx_constant, reason = "coefficients of a polynomial that are close to known constants by chance")]
 
 use std::ops::{Add, Div, Mul, Sub};
 

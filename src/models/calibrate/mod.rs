@@ -33,7 +33,7 @@ pub const REPLICATES_MAX: u64 = 100_000;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
 #[strum(const_into_str, serialize_all = "snake_case", parse_err_ty = UnknownWord, parse_err_fn = unknown)]
 pub enum OptimizerKind {
-    /// Gauss and Newton's steps in f64 from many starts, until searches agree; without useful derivatives, L-SHADE and CMA-ES.
+    /// Gauss-Newton steps in f64 from many starts, until searches agree; without useful derivatives, L-SHADE and CMA-ES.
     #[default]
     Auto,
     /// The paper's genetic algorithm.
@@ -85,7 +85,7 @@ impl Default for Stop {
 pub struct Calibration {
     /// The optimiser.
     pub optimizer: OptimizerKind,
-    /// The one seed; replicate r draws from stream (seed, r).
+    /// The seed; replicate r draws from stream (seed, r).
     pub seed: u64,
     /// Number of replicates.
     pub replicates: u64,
@@ -158,13 +158,13 @@ pub struct Replicate {
     pub near: Vec<(f64, Vec<f64>)>,
 }
 
-/// A calibration that has no result.
+/// A calibration without a result.
 #[derive(Debug, thiserror::Error)]
 pub enum CalibrateError {
     /// The evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// No candidate of a replicate has a score; with several replicates, of any of them.
+    /// No candidate of any replicate has a score.
     #[error("replicate {replicate}: none of {evaluations} candidates is feasible: {tally}")]
     Infeasible {
         /// The replicate.

@@ -17,14 +17,14 @@ const LARGER_M: f64 = 1.0;
 /// Simulations per parameter of a half: the result should be close, not exact.
 const PER_PARAMETER: u64 = 1_000;
 
-/// Drives that hardly have one driver.
+/// Drives that probably have different drivers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Apart {
     /// Root mean square error of the spacing in each half of the drive that differs most, predicted from its other half \[m\].
     pub own_m: f64,
     /// The same by the parameters that follow all other halves best.
     pub other_m: f64,
-    /// The parameter that differs most, and its value on each examined drive: the place of the drive, and the mean of its halves.
+    /// The parameter that differs most, and its value on each examined drive: index of the drive, and the mean of its halves.
     pub parameter: usize,
     /// See `parameter`.
     pub values: Vec<(usize, f64)>,

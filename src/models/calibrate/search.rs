@@ -14,9 +14,9 @@ use std::ops::{ControlFlow, Range};
 use std::sync::LazyLock;
 use std::time::Instant;
 
-/// State of the search. To be raised whenever the same seed gives another result: another score, other parameters or another number
-/// of evaluations, for any reason (optimisers, search space, stopping rules, evaluators). Ids of tasks and journals hold it, so
-/// so that results of two states never mix. Versions before 2 did not record it.
+/// State of the search. Raise it whenever the same seed gives another result: another score, other parameters or another number of
+/// evaluations, for any reason (optimisers, search space, stopping rules, evaluators). Ids of tasks and journals contain it, so that
+/// results of two states never mix. Versions before 2 did not record it.
 pub const SEARCH_REVISION: u32 = 7;
 
 /// Program, version and state of its search, `leadlag 0.1.0+search7`: with the same one a seed gives the same result.
@@ -104,7 +104,7 @@ impl<'a> Search<'a> {
         if let Some((point, score)) = self.optimizer.best().and_then(|member| Some((&member.point, value(member)?))) {
             self.best = Some((self.space.complete(&self.free, point, self.ratios), score));
             if self.convergence.last().is_none_or(|(_, last)| score != *last) {
-                // The best may be worse by a rounding at its first exact score: then the curve had fallen too far.
+                // The first exact score of the best may be worse by a rounding error: then the curve had fallen too far.
                 fall_to(&mut self.convergence, self.evaluations, score);
             }
         }
@@ -385,8 +385,7 @@ impl<'a> Group<'a> {
     }
 }
 
-/// Advances groups until none runs. Where host and evaluator work at the same time there are two: while the device simulates the generations of
-/// one, the host breeds the other's. Else there are as many as the caller likes, one after the other.
+/// Advances groups until none runs: while the device simulates the generations of one, the host breeds the other's. At most two.
 pub(super) fn advance(
     groups: &mut [Group<'_>],
     evaluator: &mut dyn Evaluator,

@@ -9,9 +9,9 @@ use crate::score::GoodnessOfFit;
 /// Largest number of candidates of a replicate that the reference checks.
 pub(super) const ASKED: usize = 300;
 
-/// Gives a replicate its score by the f64 reference. Where the best candidate fails there, the next best that does not takes its place:
-/// an optimum often lies on the edge of the feasible region, where the last bit of a sum decides. The rival of the best, of a search
-/// that ended before the exact comparison of the two, takes its place if it is better.
+/// Gives a replicate its score by the f64 reference. If the best candidate fails there, the next best that does not takes its place: an
+/// optimum often lies on the edge of the feasible region, where the last bit of a sum decides. If a search ended before the exact
+/// comparison with its rival, the rival takes its place if it is better.
 pub(super) fn settled(
     cases: &[Case],
     gof: &GoodnessOfFit,
@@ -38,7 +38,7 @@ pub(super) fn settled(
     }
     // The first was counted when the search scored it; the others are an additional search.
     replicate.evaluations += asked - 1;
-    // The curve ends with the reported score: since the last gain, or, for another candidate than the best one, since now.
+    // The curve ends with the reported score: from the last gain on, or, for another candidate than the best one, from now on.
     let curve = &mut replicate.convergence;
     if let Some((_, score)) = &found {
         let last = curve.pop().filter(|_| asked == 1);

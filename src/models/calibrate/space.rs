@@ -22,8 +22,8 @@ pub struct SearchSpace {
 /// Bounds by parameter name; equal bounds fix a parameter.
 pub type Overrides = BTreeMap<String, [f64; 2]>;
 
-/// Bounds an event of an extension by the window of the data \[s\], unless the user sets bounds: when it happens, and for how
-/// long. The bounds of the extension itself cover a day, because its author does not know these data.
+/// Bounds the time and duration of an event of an extension by the window of the data \[s\], unless the user sets bounds. The bounds of the
+/// extension itself cover a day, because its author does not know these data.
 pub fn bound_times(variant: &Variant, window: [f64; 2], overrides: &mut Overrides) {
     let [first, last] = window;
     for symbol in variant.parameters().into_iter().filter(|symbol| symbol.is_time()) {
@@ -205,9 +205,9 @@ impl SearchSpace {
         parameters
     }
 
-    /// The parameters that lie on a bound: within 0.1 % of the range, without fixed ones. The range is that of the logarithm where a parameter
-    /// spans decades, as all optimisers but `ga` search it: of 0.01 to 5, 0.1 % of the difference is half of the lower bound, and 0.015 is
-    /// not on it.
+    /// The parameters that lie on a bound: within 0.1 % of the range, without fixed ones. If a parameter spans decades, the range is that
+    /// of the logarithm, as all optimisers except `ga` search it: for 0.01 to 5, 0.1 % of the difference would be half of the lower bound,
+    /// although 0.015 is not on it.
     #[must_use]
     pub fn at_bound(&self, candidate: &[f64]) -> Vec<Symbol> {
         let near = |&i: &usize| {
@@ -287,7 +287,7 @@ mod tests {
         let logarithmic = |k: &usize| found.lower[*k] == space.bounds[free[*k]][0].ln();
         let in_ratios: Vec<&str> = (0..free.len()).filter(logarithmic).map(|k| names[k]).collect();
         assert_eq!(in_ratios, ["k_s", "k_v", "k_0"]);
-        // The bounds come back to the bit, the middle of 0.01 and 5 in ratios is sqrt(0.05).
+        // The bounds are recovered to the bit; the middle of 0.01 and 5 in ratios is sqrt(0.05).
         assert_eq!(space.complete(&free, &found.lower, true), space.bounds.iter().map(|b| b[0]).collect::<Vec<_>>());
         assert_eq!(space.complete(&free, &found.upper, true), space.bounds.iter().map(|b| b[1]).collect::<Vec<_>>());
         let middle: Vec<f64> = found.lower.iter().zip(&found.upper).map(|(low, high)| 0.5 * (low + high)).collect();
@@ -341,7 +341,7 @@ fn pause_command(own: Parameters, w: World, a_cmd: f32) -> f32 {
         let built_in = crate::wgsl::extension_named("set_speed_change").expect("built in");
         for (extension, begin, length) in [(own, "start", "lasting"), (built_in, "t1", "dur")] {
             let variant = base.with(extension).expect("no conflict");
-            // Of a clock that counts from 0, from the middle of a recording, from 1970, and to an event.
+            // Times of a clock that counts from 0, from the middle of a recording, from 1970, and to an event.
             for [first, last] in [[0.0, 200.0], [50.0, 250.0], [1.1e9, 1.1e9 + 200.0], [-300.0, -10.0], [-5.0, 100.0]] {
                 let mut overrides = Overrides::new();
                 bound_times(&variant, [first, last], &mut overrides);

@@ -21,19 +21,19 @@ pub(super) struct Task<'a> {
 /// A calibration without a result.
 pub(super) struct Failed {
     pub error: CalibrateError,
-    /// Of infeasible candidates the one that came furthest.
+    /// Of infeasible candidates, the one that came furthest.
     pub furthest: Option<Box<Replicate>>,
 }
 
-/// Runs tasks side by side: by derivatives where they are useful, and otherwise by scores alone. One entry per task, in order;
-/// none depends on its neighbours.
+/// Runs tasks in parallel: by derivatives where they are useful, otherwise by scores alone. One entry per task, in order; none depends on
+/// its neighbours.
 pub(super) fn run(
     evaluator: &mut dyn Evaluator,
     tasks: &[Task<'_>],
     settings: &Calibration,
     progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Vec<Result<Replicate, Failed>>, CalibrateError> {
-    // Once the caller has stopped, all end.
+    // Once the caller has stopped, all tasks end.
     let told = Mutex::new((progress, false));
     let tell = |progress: Progress| {
         let mut told = told.lock().unwrap_or_else(std::sync::PoisonError::into_inner);

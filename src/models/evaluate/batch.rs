@@ -36,7 +36,7 @@ impl Batch {
         build: &mut Build,
     ) -> Result<Vec<Result<Computed, String>>, EvaluateError> {
         let mut results: Vec<Option<Result<Computed, String>>> = tasks.iter().map(|_| None).collect();
-        // Ordered by variant, then by first row: the rows that share a population must not depend on chance.
+        // Ordered by variant, then by first row, so that the same rows always share a population.
         let mut by_variant: BTreeMap<(u32, String), Vec<Group>> = BTreeMap::new();
         for (row, task) in tasks.into_iter().enumerate() {
             match task.0 {

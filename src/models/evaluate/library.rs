@@ -1,4 +1,4 @@
-//! Files of drives with their companions, read on demand and once.
+//! A folder of platoon files with their companions, each read once when needed.
 
 use super::Settings;
 use crate::catalog::{Constraint, Variant};
@@ -10,7 +10,7 @@ use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-/// Which copy of the AstaZero platoons to use.
+/// The copy of the AstaZero platoons.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum DataLayout {
     /// As the paper's authors processed them (`astazero_c2art`).
@@ -158,8 +158,8 @@ pub struct Library {
 const FAULTS: usize = 100;
 
 impl Library {
-    /// Opens a folder, or the one file of all rows; `None`: the files are where the rows say. All are to be prepared alike, and read by a column
-    /// map if there is one. Vehicles come from `vehicles/vehicles.csv` in or beside the folder, else from the built-in table.
+    /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, otherwise from the
+    /// built-in table.
     ///
     /// # Errors
     /// When there is no such folder or file, or a vehicle table is there but cannot be read.
@@ -191,7 +191,7 @@ impl Library {
         matches!(self.place, Place::File(_))
     }
 
-    /// The files used so far, with checksums: data, and of a vehicle the parts that the variants needed.
+    /// The files used so far, with checksums: data, and the parts of a vehicle that the variants needed.
     #[must_use]
     pub fn sources(&self) -> &[Source] {
         &self.sources

@@ -16,7 +16,7 @@ use std::collections::BTreeSet;
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
 
-/// Rows in memory at a time: more and more, as long as they take less than a second.
+/// Number of rows in memory at a time: it grows as long as they take less than a second.
 const FIRST_CHUNK: usize = 1024;
 const MAX_CHUNK: usize = 65_536;
 
@@ -27,7 +27,7 @@ pub struct Settings {
     pub convention: Convention,
     /// Upper bound of the perception delay \[s\]: fixes the scored window of variants with delay.
     pub tau_p_upper: f64,
-    /// Add the f64 value of NRMSE(s,v,a) as a column of its own.
+    /// Add the f64 value of NRMSE(s,v,a) as a separate column.
     pub rescore: bool,
 }
 
@@ -42,7 +42,7 @@ pub struct Summary {
     pub invalid: u64,
     /// Number (from 1) and reason of the first of them.
     pub first_invalid: Option<(u64, String)>,
-    /// Rows that give parameters which their variant does not have.
+    /// Rows with parameters that their variant does not have.
     pub with_unused: u64,
     /// Those parameters.
     pub unused: BTreeSet<&'static str>,
@@ -184,8 +184,8 @@ fn outcome_headers(settings: &Settings) -> Vec<&'static str> {
     names
 }
 
-/// The input's columns, then the outcome's. An input column with the name of an outcome gets `_in` behind it, as often as it takes to be the only
-/// one of its name.
+/// The input's columns, then the outcome's. An input column with the name of an outcome gets `_in` as a suffix, repeated until its name is
+/// unique.
 fn output_headers(headers: &ByteRecord, settings: &Settings) -> ByteRecord {
     let outcomes: Vec<&[u8]> = outcome_headers(settings).into_iter().map(str::as_bytes).collect();
     let mut names: Vec<Vec<u8>> = headers.iter().map(<[u8]>::to_vec).collect();

@@ -10,7 +10,7 @@ use crate::text::spelling::nearest;
 use crate::wgsl::{ModelError, read_model};
 use csv::ByteRecord;
 
-/// Largest number of columns of a table: its own, and others that a user keeps beside them.
+/// Largest number of columns of a table, including those of the user.
 const COLUMNS: usize = 1000;
 
 /// Where the needed columns are. Those of the table of a fleet have other names: `model`, `file`, `follower`, and units behind those of parameters.
@@ -35,7 +35,7 @@ impl Columns {
         if headers.len() > COLUMNS {
             return Err(TableError::Wide { path: path.to_owned(), most: COLUMNS, found: headers.len() });
         }
-        // A byte order mark belongs to no name.
+        // A byte order mark is not part of a name.
         let names: Vec<String> = headers
             .iter()
             .map(|name| String::from_utf8_lossy(name).trim_start_matches('\u{feff}').trim().to_owned())

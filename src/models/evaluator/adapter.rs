@@ -1,4 +1,4 @@
-//! Choice of a device of a machine.
+//! Selection of a device on a machine.
 
 use std::str::FromStr;
 

@@ -47,13 +47,13 @@ pub struct Case {
     pub s_l2: Option<Arc<[f64]>>,
     /// Upper bound of τ_p \[s\]: with `delay=fractional` it fixes the scored window for every candidate.
     pub tau_p_upper: f64,
-    /// Upper bound of the delay of an extension \[s\], where a search has another one than the extension itself.
+    /// Upper bound of the delay of an extension \[s\], if a search uses another one than the extension itself.
     pub extension_delay_upper: Option<f64>,
     /// No candidate is simulated or scored before this sample, however short its delay: variants that are compared then begin together.
     pub earliest: usize,
 }
 
-/// A trajectory that a variant cannot be run on.
+/// A trajectory that a variant cannot run on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum CaseError {
     /// The variant needs missing data.
@@ -221,7 +221,7 @@ impl Case {
         if variant.constraint == Constraint::Mfc && self.vehicle.as_ref().is_some_and(|v| v.mfc.is_none()) {
             return Err(missing(
                 "the vehicle's MFC curve",
-                "give --vehicle FILE#NAME of a table that names an `mfc` file, or lay mfc_SLUG.csv beside the table",
+                "give --vehicle FILE#NAME of a table that names an `mfc` file, or put mfc_SLUG.csv beside the table",
             ));
         }
         if variant.needs_grade() && self.grade.is_none() {
@@ -234,7 +234,7 @@ impl Case {
             if variant.extensions.read(member) && signal.as_ref().is_none_or(|y| y.iter().any(|x| !x.is_finite())) {
                 return Err(missing(
                     what,
-                    "take a follower further back in the platoon, or give the column lead2_... of a pair file",
+                    "use a follower further back in the platoon, or give the column lead2_... of a pair file",
                 ));
             }
         }
@@ -295,7 +295,7 @@ impl Case {
     pub fn first_sample(&self, delay: f64) -> usize {
         let whole = match self.convention.delay {
             Delay::Floor => self.delay_steps(delay),
-            // 1e-9: 0.8 s / 0.1 s must be 8 samples, not 9, whatever the last bit of the quotient.
+            // 1e-9: 0.8 s / 0.1 s must be 8 samples and not 9, whatever the last bit of the quotient.
             Delay::Fractional => (self.delay_steps(self.longest_delay()) - 1e-9).ceil(),
         };
         (whole as usize + 1).max(self.earliest)
@@ -319,8 +319,8 @@ impl Case {
     }
 }
 
-/// Acceleration from speeds \[m/s²\]. The sample without a neighbour: the next one's value (backward), 0 (forward, as the
-/// authors have it).
+/// Acceleration from speeds \[m/s²\]. The sample without a neighbour gets the next one's value (backward) or 0 (forward, as in the authors'
+/// program).
 fn differences(v: &[f64], dt: f64, rule: Acceleration) -> Vec<f64> {
     let forward = v.windows(2).map(|w| (w[1] - w[0]) / dt);
     match rule {

@@ -8,7 +8,7 @@ use crate::score::{GoodnessOfFit, Measured, Norm, denominator, is_relative};
 use crate::symbols::{Parameters, Symbol};
 use std::sync::Arc;
 
-/// A case laid out sample by sample, in f64; the evaluators round it to their own precision.
+/// A case prepared sample by sample, in f64; the evaluators round it to their own precision.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Course {
     /// Time step Δt \[s\].
@@ -33,7 +33,7 @@ pub struct Course {
     pub a_f: Vec<f64>,
     /// Measured speed as a denominator \[m/s\].
     pub v_denominator: Vec<f64>,
-    /// 1/denominator of spacing, speed and acceleration, 0 where a sample has no relative error.
+    /// 1/denominator of spacing, speed and acceleration, 0 if a sample has no relative error.
     pub per_denominator: [Vec<f64>; 3],
     /// Sine of the grade over the position; `None` unless the variant needs it.
     pub grade: Option<Table>,
@@ -81,8 +81,8 @@ impl WorldSignals {
     }
 }
 
-/// Acceleration of the preceding vehicle for extensions \[m/s²\]: the slope of its speed \[m/s\] over
-/// [`LEADER_SMOOTHING`], each value that of this many samples later.
+/// Acceleration of the preceding vehicle for extensions \[m/s²\]: the slope of its speed \[m/s\] over [`LEADER_SMOOTHING`], shifted earlier
+/// by this many samples.
 pub fn smoothed_acceleration(v_l: &[f64], dt: f64, ahead: f64) -> Vec<f64> {
     let last = v_l.len().saturating_sub(1) as f64;
     let speed = |place: f64| {
@@ -98,19 +98,19 @@ pub fn smoothed_acceleration(v_l: &[f64], dt: f64, ahead: f64) -> Vec<f64> {
     (0..v_l.len()).map(slope).collect()
 }
 
-/// When a candidate perceives and starts.
+/// The start of a candidate, and the samples that it perceives.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Pace {
     /// Perception delay in samples.
     pub delay_steps: f64,
-    /// The older of the two samples it perceives lies this far back.
+    /// The older of the two samples that it perceives is this many samples in the past.
     pub back: usize,
-    /// Place of the perceived value between the older and the younger sample, 0..1.
+    /// Position of the perceived value between the older and the younger sample, 0..1.
     pub fraction: f64,
     /// First simulated and scored sample.
     pub first: usize,
     /// Where an extension looks up the speed of the preceding vehicle: this many samples before the current one, and the fraction from
-    /// there towards the next; first at the whole time that it looks back, then at half of it.
+    /// there towards the next; first for the whole look-back time, then for half of it.
     pub look_back: [(i32, f64); 2],
 }
 
@@ -231,7 +231,8 @@ impl Course {
         gof.norm(self.measured(first))
     }
 
-    /// `dx_l` in f32 with error diffusion: the sum of the rounded ways follows the f64 position to half a last bit of one way.
+    /// `dx_l` in f32 with error diffusion: the sum of the rounded displacements follows the f64 position to half the last bit of one
+    /// displacement.
     #[must_use]
     pub fn dx_l_f32(&self) -> Vec<f32> {
         let mut behind = 0.0;
@@ -244,7 +245,7 @@ impl Course {
     }
 }
 
-/// Steps from 0 of a clock at most that single precision reads: from there on it has less than four values to a step.
+/// Largest number of steps from 0 of a clock in single precision: beyond it there are fewer than four values to a step.
 const CLOCK_STEPS: f64 = 4_194_304.0;
 
 impl Case {
@@ -266,7 +267,7 @@ impl Case {
         Err(CourseError::Clock { label: self.label.to_string(), variant: self.variant.name(), t, dt, limit })
     }
 
-    /// When a candidate perceives and starts. A delay that is not a number counts as 0; a run marks such a candidate.
+    /// The start of a candidate, and the samples that it perceives. A delay that is NaN counts as 0; a run marks such a candidate.
     #[must_use]
     pub fn pace(&self, parameters: &Parameters) -> Pace {
         let delay = self.delay(parameters);

@@ -31,9 +31,9 @@ pub struct Fallback {
     current: Box<dyn Evaluator>,
     replace: Option<Replace>,
     pending: [Pending; 2],
-    /// Which sets have been submitted and not collected.
+    /// The sets that have been submitted and not collected.
     under_way: [bool; 2],
-    /// Time of the failed one beside computing.
+    /// Time that the failed evaluator spent besides computing.
     spent: Timings,
 }
 
@@ -45,7 +45,7 @@ impl Fallback {
         Fallback { current: first, replace: Some(replace), pending, under_way, spent }
     }
 
-    /// Puts the second evaluator in place and gives it all that was under way.
+    /// Puts the second evaluator in place and submits all unfinished work to it.
     fn recover(&mut self, error: EvaluateError) -> Result<(), EvaluateError> {
         // Wrong use fails on every evaluator; a lost device may take its adapter with it.
         use EvaluateError::{Adapter, Device, Memory};

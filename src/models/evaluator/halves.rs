@@ -1,4 +1,4 @@
-//! An evaluator that gets less at a time after its device has run out of memory.
+//! An evaluator that gets less work at a time after its device has run out of memory.
 
 use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score, Timings};
 use crate::score::GoodnessOfFit;
@@ -6,7 +6,7 @@ use crate::score::GoodnessOfFit;
 /// Gives an evaluator whatever fits at once, and the rest afterwards. No score depends on the candidates simulated together.
 pub struct Halves {
     inner: Box<dyn Evaluator>,
-    /// Candidates that it gets at once.
+    /// Largest number of candidates that it gets at once.
     most: usize,
     sets: [Set; 2],
 }
@@ -18,7 +18,7 @@ type Each<'a> = dyn FnMut(&mut dyn Evaluator, &[Job<'_>], usize) -> Result<(), E
 #[derive(Default)]
 struct Set {
     jobs: Vec<(usize, Population)>,
-    /// True if the evaluator has it all; false if it gets it in pieces.
+    /// True if the evaluator has all of it; false if it gets it in pieces.
     under_way: bool,
 }
 
@@ -58,7 +58,7 @@ fn borrowed(jobs: &[(usize, Population)]) -> Vec<Job<'_>> {
     jobs.iter().map(|(case, population)| Job { case: *case, population }).collect()
 }
 
-/// This many candidates of the jobs, counted through from `from` on.
+/// Some candidates of the jobs, numbered across the jobs from `from` on.
 fn piece(jobs: &[Job<'_>], from: usize, count: usize) -> Vec<(usize, Population)> {
     let (mut begin, mut found) = (0, Vec::new());
     for job in jobs {

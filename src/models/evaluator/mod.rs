@@ -77,7 +77,7 @@ impl Population {
         &self.values[candidate * width..(candidate + 1) * width]
     }
 
-    /// The place of a parameter among the values of a candidate; of several the last, as [`Population::parameters`] has it.
+    /// The index of a parameter among the values of a candidate; of several the last, as in [`Population::parameters`].
     #[cfg(feature = "gpu")]
     pub(crate) fn column_of(&self, symbol: Symbol) -> Option<usize> {
         self.symbols.iter().rposition(|own| *own == symbol)
@@ -167,8 +167,8 @@ impl Score {
 
     /// The score of a candidate from its scores on several cases, each with the number of samples: their mean.
     ///
-    /// A run that ended early outranks a touched bound, and its step counts on from the cases passed before it, so that
-    /// of two failed candidates the one that came further is the better.
+    /// A run that ended early outranks a touched bound. Its step includes those of earlier cases, so that of two failed candidates the one
+    /// that came further is the better.
     #[must_use]
     pub fn joint(scores: impl IntoIterator<Item = (Score, usize)>) -> Score {
         let (mut sum, mut count, mut passed, mut rejected) = (0.0, 0.0, 0, false);
@@ -203,7 +203,7 @@ impl Outcome {
     }
 }
 
-/// An evaluation that could not be done (never a candidate that fails: that is a [`Score`]).
+/// An evaluation that failed as a whole (a candidate that fails is a [`Score`]).
 #[derive(Debug, thiserror::Error)]
 pub enum EvaluateError {
     /// As many scores as candidates are needed.
@@ -216,8 +216,7 @@ pub enum EvaluateError {
     },
     /// A delay longer than the evaluator remembers.
     #[error(
-        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} says how far back a simulation \
-         remembers, raise it in a --bounds file"
+        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} limits the memory of a simulation: raise it in a --bounds file"
     )]
     Delay {
         /// The parameter; two of them if their sum is too long.
@@ -227,7 +226,7 @@ pub enum EvaluateError {
         /// What was found.
         found: f64,
     },
-    /// The case cannot be laid out for this evaluator.
+    /// The evaluator cannot prepare the case.
     #[error(transparent)]
     Course(#[from] CourseError),
     /// There is no adapter, or not the requested one.
@@ -254,7 +253,7 @@ pub enum EvaluateError {
         /// Required memory \[bytes\].
         needed: u64,
     },
-    /// The reference has only the built-in extensions, written a second time by hand.
+    /// The reference has only the built-in extensions, transcribed by hand.
     #[error(
         "the reference has no second transcription of extension {extension}, so it cannot simulate variant {variant}; use \
          --evaluator lanes, with --precision f64 for as many digits"
@@ -329,7 +328,7 @@ pub enum BufferSet {
     B = 1,
 }
 
-/// Seconds of wall time spent on other work than computing, since the evaluator was made.
+/// Wall time besides computing since the evaluator was made \[s\].
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Timings {
     /// Moving candidates to the device and scores back \[s\].
@@ -363,11 +362,11 @@ pub trait Evaluator: Send {
     fn adapter(&self) -> Option<String> {
         None
     }
-    /// Seconds spent on other work than computing; zeros if there are none.
+    /// Seconds spent besides computing; zeros if there are none.
     fn timings(&self) -> Timings {
         Timings::default()
     }
-    /// True if host and evaluator work at the same time, so that two buffer sets pay.
+    /// True if host and evaluator work at the same time, so that two buffer sets are useful.
     fn overlaps(&self) -> bool {
         false
     }

@@ -3,9 +3,9 @@
 use super::{Failure, Raw};
 use nalgebra::{DMatrix, DVector};
 
-/// How one candidate's run is corrected towards the measurement, with r = predicted - measured: a steady-state Kalman observer in
-/// innovations form over spacing, speed and d, the missing acceleration \[m/s²\], which is added to the model's acceleration
-/// after all its limits.
+/// The correction of one candidate's run towards the measurement, with r = predicted - measured: a steady-state Kalman observer in
+/// innovations form over spacing, speed and d, the missing acceleration \[m/s²\], which is added to the model's acceleration after all its
+/// limits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Observer {
     /// After each step: s -= `gain[0]` r_s + `gain[1]` r_v; v_f -= `gain[2]` r_s + `gain[3]` r_v, then at least 0;
@@ -22,7 +22,7 @@ impl Observer {
     pub const NONE: Observer = Observer { gain: [0.0; 6], whitening: [1.0, 0.0, 1.0], decay: 0.0 };
 }
 
-/// A run in windows: each begins on the measurement and is free to its end.
+/// A run in windows: each begins at the measurement and is free to its end.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Windows {
     /// First sample of the first window's run-up.
@@ -41,11 +41,11 @@ impl Windows {
     }
 }
 
-/// A run that continues behind a collision, or where a convention rejects it at an acceleration bound, and pays for it, so that a search
-/// sees its distance from passing.
+/// A run that continues with a penalty beyond a collision, or where a convention rejects it at an acceleration bound, so that a search sees
+/// its distance from a valid run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Soft {
-    /// Spacing below which a run pays \[m\].
+    /// Spacing below which a run pays the penalty \[m\].
     pub least: f64,
     /// Cost of the sum over the samples of (shortfall of the spacing \[m\] + cut of the acceleration \[m/s²\])², in units of the score.
     pub price: f64,
@@ -68,13 +68,13 @@ impl Pull {
 /// A score with its derivatives with respect to the coordinates of a search.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Slopes {
-    /// The score and the cost of shortfalls; infinite where the run failed.
+    /// The score and the cost of shortfalls; infinite if the run failed.
     pub cost: f64,
     /// Its gradient.
     pub gradient: DVector<f64>,
-    /// Gauss and Newton's approximation of its second derivatives.
+    /// The Gauss-Newton approximation of its second derivatives.
     pub curvature: DMatrix<f64>,
-    /// The same of the weighted sum of squares that touches the score here from above.
+    /// The same for the weighted sum of squares that touches the score here from above.
     pub majorant: DMatrix<f64>,
 }
 
@@ -90,7 +90,7 @@ pub struct Observed {
 /// An observed run sample by sample; all series are as long as the trajectory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Innovations {
-    /// Where the run ended early, if it did; from there on all values are NaN.
+    /// Sample at which the run ended early; all later values are NaN. `None` for a complete run.
     pub failed: Option<Failure>,
     /// First simulated sample; before it, residuals are 0 and the state is the measured one.
     pub first: usize,
@@ -102,11 +102,11 @@ pub struct Innovations {
     pub acceleration: Vec<f64>,
 }
 
-/// Residuals of observed runs before their corrections, over a stretch of samples. The candidates of a block lie side by side, sample
-/// by sample, as they were computed, so that summing reads memory once, and while it is near.
+/// Residuals of observed runs before their corrections, over a stretch of samples. The candidates of a block are interleaved sample by
+/// sample, in the order of their computation, so that a sum reads memory once, while it is cached.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Residuals {
-    /// Candidates in a block; the last block may have fewer, and numbers without meaning beyond them.
+    /// Candidates in a block; the last block may have fewer, followed by undefined numbers.
     pub lanes: usize,
     /// First sample of the stretch.
     pub from: usize,
@@ -123,7 +123,7 @@ impl Residuals {
     /// Blocks have a multiple of this many candidates, the numbers of the widest vector, so that sums have no remainder.
     pub const STRIDE: usize = 8;
 
-    /// Of whole runs, one by one; all are as long as the longest.
+    /// Residuals of whole runs, one by one; all have the length of the longest.
     #[must_use]
     pub fn new(runs: &[Vec<[f64; 2]>]) -> Residuals {
         let (lanes, samples) =

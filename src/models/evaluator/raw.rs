@@ -38,7 +38,7 @@ pub struct Raw {
 }
 
 impl Raw {
-    /// Why the run ended early, if it did.
+    /// Why the run ended early; `None` for a complete run.
     #[must_use]
     pub fn failure(&self) -> Option<Failure> {
         if self.status == 0 {

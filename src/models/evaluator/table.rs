@@ -28,7 +28,7 @@ pub struct Cell {
     pub above: Line,
 }
 
-/// Curves over one variable: cell k covers `origin` + k/`per_width` on; values outside belong to the first or last cell.
+/// Curves over one variable: cell k begins at `origin` + k/`per_width`; values outside belong to the first or last cell.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Table {
     /// Where the first cell begins.
@@ -41,11 +41,11 @@ pub struct Table {
     pub curves: Vec<Vec<Cell>>,
 }
 
-/// Cells of a table at most: 50 MB with two curves. The kernels clip a place in a table at this number, too.
+/// Largest number of cells of a table: 50 MB with two curves. The kernels clip an index into a table at this number, too.
 const MAX_CELLS: f64 = 1_000_000.0;
 
-/// Sine of the grade by which a node may miss the line between its neighbours and count as lying on it: 1e-5 m/s², a thousandth of the
-/// resolution of any survey of a road.
+/// Distance of a node from the line between its neighbours, in the sine of the grade, up to which it counts as lying on it: 1e-5 m/s², a
+/// thousandth of the resolution of any survey of a road.
 const ON_A_LINE: f64 = 1e-6;
 
 /// A curve as intervals between nodes: `interval(k)` is (x, value at x, slope) of the line from node k to k + 1; k = -1 lies
@@ -152,8 +152,8 @@ impl Table {
     }
 }
 
-/// Nodes without those that lie too close to their neighbour for a table and are on a line with it: a grade that was recorded in time has
-/// nodes millimetres apart where the car crept.
+/// Drops nodes that are too close to their neighbour for a table and on a line with it: a grade recorded over time has nodes millimetres
+/// apart where the car crept.
 fn thinned(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let last = x.len() - 1;
     // Half of the cells for the span leaves room for cells narrower than the closest nodes.

@@ -1,10 +1,10 @@
-//! Adapters: which are present, and which one is taken.
+//! The available adapters, and the selection of one.
 
 use crate::evaluator::{AdapterChoice, EvaluateError};
 use std::fmt;
 use std::sync::OnceLock;
 
-/// True if no GPU is to be used: `LEADLAG_NO_GPU`.
+/// True if `LEADLAG_NO_GPU` forbids a GPU.
 pub fn is_switched_off() -> bool {
     std::env::var_os("LEADLAG_NO_GPU").is_some()
 }
@@ -114,7 +114,7 @@ impl Adapter {
         self.info.device_type != wgpu::DeviceType::Cpu
     }
 
-    /// True for one with memory of its own.
+    /// True for one with separate memory.
     #[must_use]
     pub fn is_discrete(&self) -> bool {
         self.info.device_type == wgpu::DeviceType::DiscreteGpu
@@ -138,7 +138,7 @@ impl Adapter {
         }
     }
 
-    /// The optional abilities that may matter here, by wgpu's names.
+    /// The optional features that may matter here, by wgpu's names.
     #[must_use]
     pub fn features(&self) -> Vec<&'static str> {
         let all = self.inner.features();

@@ -13,7 +13,7 @@ use crate::score::GoodnessOfFit;
 use std::collections::{HashMap, VecDeque};
 use std::time::{Duration, Instant};
 
-/// Submissions of one buffer set in flight at most: one runs, one waits, so that the device is never idle.
+/// Largest number of submissions of a buffer set in flight: one runs and one waits, so that the device is never idle.
 const IN_FLIGHT: usize = 2;
 
 /// Work of one buffer set.
@@ -60,7 +60,7 @@ pub(super) struct Context {
     warm_up: Duration,
     /// Texts in the place of shader files.
     pub(super) replaced: Replaced,
-    /// Host time of moving candidates to the device and results back.
+    /// Host time for moving candidates to the device and results back.
     transfer: Duration,
 }
 
@@ -95,7 +95,7 @@ impl Context {
         })
     }
 
-    /// Time spent on other work than computing so far.
+    /// Time spent besides computing so far.
     pub(super) fn timings(&self) -> Timings {
         Timings { transfer_s: self.transfer.as_secs_f64(), first_dispatch_s: self.warm_up.as_secs_f64() }
     }
@@ -131,8 +131,8 @@ impl Context {
         self.device.check("submitting work")
     }
 
-    /// The kernel in the form for this device, which may have replaced another one. On hardware it depends on the evaluator
-    /// alone: two forms may differ in the last digits there, and no result may depend on the rest of a batch.
+    /// The kernel in the form for this device, which may have replaced another one. On hardware it depends on the evaluator alone: two
+    /// forms may differ in the last digits there, and results must not depend on the rest of a batch.
     fn kernel(&self, work: &Work) -> Kernel {
         let one_each = work.plan.parts.iter().all(|part| part.begin.is_some());
         let windows = match self.device.windows {
@@ -143,7 +143,7 @@ impl Context {
         Kernel { workgroup: self.device.workgroup, ..work.kernel }.with_windows(windows)
     }
 
-    /// Builds the pipeline unless it is there. Drivers compile at the first dispatch, so there is an empty one.
+    /// Builds the pipeline unless it exists. Drivers compile at the first dispatch, so this includes an empty one.
     fn warm(&mut self, set: usize, work: &Work) -> Result<(), Fault> {
         const DOING: &str = "building the kernel";
         let Some(slot) = self.slots[set].first().filter(|_| !work.plan.parts.is_empty()) else { return Ok(()) };
@@ -153,7 +153,7 @@ impl Context {
         }
         let began = Instant::now();
         let device = &self.device.raw;
-        // A failing pipeline may take the device with it (gfx-rs/wgpu#10027).
+        // A pipeline that fails may take the device with it (gfx-rs/wgpu#10027).
         let pipeline = self.device.making(DOING, || {
             let source = wgpu::ShaderSource::Wgsl(kernel.source(&self.replaced).text().to_owned().into());
             let module = device.create_shader_module(wgpu::ShaderModuleDescriptor { label: Some("kernel"), source });
@@ -226,7 +226,7 @@ impl Context {
         self.device.check("reading the results")
     }
 
-    /// Waits for one chunk and learns from the time it took.
+    /// Waits for one chunk and updates the estimate of the speed from its time.
     fn await_chunk(&mut self, set: usize, chunk: Submitted) -> Result<(), Fault> {
         let asked = Instant::now();
         self.device.wait(Some(chunk.index.clone()))?;

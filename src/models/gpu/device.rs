@@ -6,7 +6,7 @@ use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
 
-/// Upper limits of the requests to a device, beside its own; tests lower them to reach the code for large work.
+/// Limits of the requests to a device, in addition to its own; tests lower them to reach the code for large work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Limits {
     /// Bytes of one binding of a storage buffer.
@@ -17,13 +17,13 @@ pub struct Limits {
     pub workgroups: u32,
     /// Samples simulated per submission; without a value the measured speed decides.
     pub chunk: Option<u32>,
-    /// The kernels of hardware on a software device, too, to test them without any.
+    /// Uses the kernels for hardware on a software device, too, to test them without hardware.
     #[doc(hidden)]
     pub as_hardware: bool,
 }
 
 impl Limits {
-    /// As much as the adapter allows.
+    /// The limits of the adapter.
     pub const NONE: Limits =
         Limits { binding: u64::MAX, buffer: u64::MAX, workgroups: u32::MAX, chunk: None, as_hardware: false };
 }
@@ -86,12 +86,12 @@ impl Opened {
             note(&place, format!("the device was lost ({reason:?}) {message}"));
         });
         let place = Arc::clone(&trouble);
-        // Without a handler of our own wgpu panics.
+        // Without a handler, wgpu panics.
         raw.on_uncaptured_error(Arc::new(move |error: wgpu::Error| note(&place, error)));
         Ok(Opened { raw, queue, trouble })
     }
 
-    /// The device that is open on this adapter, or a new one if none is open without trouble.
+    /// The open device of this adapter, or a new one if none without a failure is open.
     fn shared(adapter: &Adapter, required_limits: wgpu::Limits) -> Result<Opened, Fault> {
         let name = adapter.to_string();
         let mut shared = locked(&SHARED);
@@ -102,19 +102,19 @@ impl Opened {
             None => Opened::new(adapter, required_limits).inspect(|opened| shared.push((name, opened.clone()))),
         };
         drop(shared);
-        // A driver may be slow at this, so no caller waits for it.
+        // A driver may take long for this, so no caller waits for it.
         drop(lost);
         opened
     }
 }
 
-/// Which samples are read from uniform memory if candidates simulate one trajectory.
+/// The samples to read from uniform memory if candidates simulate one trajectory.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub(super) enum Windows {
     /// None.
     Nothing,
-    /// Those of the sample that all candidates are at. A GPU reads them once for all, but one after the other where each candidate
-    /// looks up another one (an NVIDIA H200: a third faster in IDM, eight times slower where delayed samples were read so, too).
+    /// Those of the sample that all candidates are at. A GPU reads such a value once for all, but one after the other if each candidate
+    /// looks up another sample (an NVIDIA H200: a third faster in IDM, eight times slower when delayed samples were also read so).
     Present,
     /// All: a driver on the CPU reads storage lane by lane.
     All,
@@ -197,14 +197,14 @@ impl Device {
         let polled = std::panic::catch_unwind(std::panic::AssertUnwindSafe(|| self.raw.poll(poll)));
         match polled {
             Ok(Ok(_)) => {}
-            // No evaluator may get a device that does not answer.
+            // A device that does not answer must not be shared.
             Ok(Err(e)) => note(&self.trouble, e),
             Err(_) => note(&self.trouble, "the device was lost"),
         }
         self.check(DOING)
     }
 
-    /// Has no later evaluator share this device; those that do keep it.
+    /// Withdraws this device from sharing; evaluators that have it keep it.
     pub(super) fn retire(&self) {
         let retired = locked(&SHARED).extract_if(.., |(_, opened)| opened.raw == self.raw).next();
         drop(retired);
@@ -225,7 +225,7 @@ impl Device {
         }
     }
 
-    /// True if nothing that was submitted is still under way.
+    /// True if all submitted work is done.
     pub(super) fn is_idle(&self) -> bool {
         self.raw.poll(wgpu::PollType::Poll).is_ok_and(|status| status.is_queue_empty())
     }

@@ -7,16 +7,17 @@ use crate::wgsl::{Precision, Recipe, ShaderError, Source, check, member, memory_
 use std::collections::BTreeMap;
 use std::fmt::Write;
 
-/// Invocations of a workgroup, for a device of which up to this many execute together: not many more, because small groups spread better over a
-/// GPU (an NVIDIA H200, 4096 candidates: a seventh to a quarter faster with 32 than with 64; no difference on software Vulkan).
+/// Largest number of invocations of a workgroup, for a device on which up to this many execute together. It is small, because small groups
+/// spread better over a GPU (an NVIDIA H200, 4096 candidates: a seventh to a quarter faster with 32 than with 64; no difference on software
+/// Vulkan).
 pub(super) fn workgroup(subgroup: u32) -> u32 {
     subgroup.clamp(SMALLEST_WORKGROUP, LARGEST_WORKGROUP)
 }
 
-/// Invocations of a workgroup at least: those of NVIDIA that execute together.
+/// Smallest number of invocations of a workgroup: those of NVIDIA that execute together.
 pub(super) const SMALLEST_WORKGROUP: u32 = 32;
 
-/// And at most: those of AMD.
+/// Largest number: those of AMD.
 pub(super) const LARGEST_WORKGROUP: u32 = 64;
 
 /// Longest ring of past states that an invocation keeps in its own memory; large private arrays lose devices
@@ -53,10 +54,10 @@ pub(super) struct Kernel {
     pub(super) reject: bool,
     /// Number of past samples in memory; a power of two.
     pub(super) ring: u32,
-    /// Which samples of a chunk, of one trajectory only, are read from uniform memory: at first on hardware, then on the device that
+    /// The samples of a chunk, of one trajectory only, to read from uniform memory: at first on hardware, then on the device that
     /// [`Context`](super::context::Context) has.
     pub(super) windows: Windows,
-    /// Invocations of a workgroup; it decides on these, too.
+    /// Invocations of a workgroup; the device determines these, too.
     pub(super) workgroup: u32,
 }
 
@@ -88,7 +89,7 @@ impl Kernel {
         if self.recipe.variant.extensions.is_empty() { 3 } else { 4 }
     }
 
-    /// Samples before the first of a chunk that it has in uniform memory: the last, or with delay all that may be perceived.
+    /// Samples before the first one of a chunk that it has in uniform memory: the last one, or with a delay all that may be perceived.
     fn before(&self) -> u32 {
         if self.recipe.variant.perceives_late() && self.windows == Windows::All { self.ring } else { 1 }
     }
@@ -104,12 +105,12 @@ impl Kernel {
         self.windows != Windows::Nothing
     }
 
-    /// Samples of one submission at most.
+    /// Largest number of samples in one submission.
     pub(super) fn longest_chunk(&self) -> u32 {
         if self.has_window() { WINDOW_LENGTH / self.sample_words() - self.before() } else { u32::MAX }
     }
 
-    /// First entry and number of entries that a chunk reads, of a trajectory that begins at this entry.
+    /// First entry and number of entries that a chunk reads, for a trajectory that begins at this entry.
     pub(super) fn window(&self, begin: u32, [from, to]: [u32; 2]) -> [u32; 2] {
         let from = from.saturating_sub(self.before());
         [begin + from * self.sample_words(), (to - from) * self.sample_words()]

@@ -1,8 +1,7 @@
 //! The WGSL text itself on a GPU, by wgpu: one invocation simulates one candidate.
 //!
-//! `adapter` chooses one, `device` opens it; `kernel` composes the text; `tables` uploads the cases; `plan` lays jobs out;
-//! `context` builds pipelines and runs chunks of time on the buffers of `slot`; `results` interprets the results;
-//! [`Gpu`] makes an evaluator of it.
+//! `adapter` selects one, `device` opens it; `kernel` composes the text; `tables` uploads the cases; `plan` prepares jobs; `context` builds
+//! pipelines and runs chunks of time on the buffers of `slot`; `results` interprets the results; [`Gpu`] is the evaluator.
 
 mod adapter;
 mod context;
@@ -58,9 +57,9 @@ pub struct Gpu {
     /// Plans to be used again.
     spare: [Plan; 3],
     results: Results,
-    /// Time spent on other work than computing on devices that were given up.
+    /// Time spent besides computing on devices that failed.
     spent: Timings,
-    /// Devices that will be destroyed as soon as they are opened (tests).
+    /// Number of devices to destroy as soon as they are opened (tests).
     doomed: u32,
 }
 
@@ -82,7 +81,7 @@ impl Gpu {
         Gpu::with_limits(cases, gof, precision, choice, Limits::NONE)
     }
 
-    /// As [`Gpu::new`], asking less of the device.
+    /// As [`Gpu::new`], with lower requests to the device.
     ///
     /// # Errors
     /// As [`Gpu::new`].
@@ -182,14 +181,14 @@ impl Gpu {
         Ok(observed)
     }
 
-    /// True if the device has done all that was submitted; tests.
+    /// True if the device has done all that was submitted; for tests.
     #[doc(hidden)]
     #[must_use]
     pub fn is_idle(&self) -> bool {
         self.context.as_ref().is_none_or(|context| context.device.is_idle())
     }
 
-    /// True if both run on the same device; tests.
+    /// True if both run on the same device; for tests.
     #[doc(hidden)]
     #[must_use]
     pub fn shares_device_with(&self, other: &Gpu) -> bool {
@@ -197,8 +196,8 @@ impl Gpu {
         devices.is_some_and(|(own, other)| own.device.raw == other.device.raw)
     }
 
-    /// Destroys the device, as a crashing driver would; tests. They lower some limit, so that other evaluators do not share the device, unless
-    /// they test that.
+    /// Destroys the device, as a crashing driver would; for tests. They lower some limit, so that other evaluators do not share the device,
+    /// unless they test that.
     #[doc(hidden)]
     pub fn destroy_device(&mut self) {
         if let Some(context) = &self.context {
@@ -206,8 +205,7 @@ impl Gpu {
         }
     }
 
-    /// Replaces the text of one shader file and of no other, until the device is lost; mutation
-    /// tests.
+    /// Replaces the text of one shader file, until the device is lost; for mutation tests.
     ///
     /// # Errors
     /// [`ShaderError`] if the kernels that are then composed are not valid; nothing is replaced.
@@ -221,7 +219,7 @@ impl Gpu {
         Ok(())
     }
 
-    /// Destroys the next devices as soon as they are opened; tests, as above.
+    /// Destroys the next devices as soon as they are opened; for tests, as above.
     #[doc(hidden)]
     pub fn doom(&mut self, devices: u32) {
         self.doomed = devices;
@@ -271,11 +269,11 @@ impl Gpu {
         EvaluateError::Device { doing: fault.doing, adapter: self.adapter.clone(), message: fault.message }
     }
 
-    /// Runs an operation on the device; after a failure once more on a new one, on which all work in flight is repeated.
+    /// Runs an operation on the device. After a failure, runs it once more on a new device, on which all work in flight is repeated.
     fn twice(&mut self, mut run: impl FnMut(&mut Gpu) -> Result<(), Fault>) -> Result<(), EvaluateError> {
         let Err(fault) = run(self) else { return Ok(()) };
         if fault.is_memory {
-            // The same would not fit a second time either; its memory is freed with the device.
+            // The work would not fit the second time either; its memory is freed with the device.
             self.give_up();
             return Err(self.failed(fault));
         }
@@ -308,7 +306,7 @@ impl Gpu {
         sums: Sums,
         observed: Option<(&[Observer], usize)>,
     ) -> Result<(), EvaluateError> {
-        // Work whose results were not collected is dropped.
+        // Drops work whose results were not collected.
         let mut plan = self.work[set].take().map_or_else(|| std::mem::take(&mut self.spare[set]), |work| work.plan);
         let kernel = self.kernel(sums, observed.is_some());
         let (observers, block) = observed.unwrap_or((&[], 0));
@@ -331,7 +329,7 @@ impl Gpu {
         Ok(())
     }
 
-    /// Waits for a set; its results are in `results`. Nothing in flight is an empty result.
+    /// Waits for a set and puts its results into `results`; without work in flight they are empty.
     fn finish(&mut self, set: usize) -> Result<Work, EvaluateError> {
         let mut results = std::mem::take(&mut self.results);
         self.twice(|gpu| match (&mut gpu.context, &gpu.work[set]) {

@@ -1,4 +1,4 @@
-//! Jobs laid out for a device: candidates by case, in parts that fit the limits.
+//! Prepares jobs for a device: candidates by case, in parts that fit the limits.
 
 use super::kernel::{Kernel, OBSERVER_WORDS, SMALLEST_WORKGROUP};
 use super::tables::Tables;
@@ -10,7 +10,7 @@ use std::ops::Range;
 /// Largest number of candidates of one dispatch, whatever the limits: a chunk of 16 samples of them takes about 0.1 s on a slow adapter.
 const MOST_CANDIDATES: u64 = 1 << 19;
 
-/// Words from which on several threads lay them out: some tens of microseconds of work.
+/// Number of words from which several threads prepare them: some tens of microseconds of work.
 const WORTH_SHARING: usize = 1 << 16;
 
 /// Candidates that share a bind group.
@@ -22,7 +22,7 @@ pub(super) struct Part {
     pub(super) count: u32,
     /// Samples of the longest of their trajectories.
     pub(super) samples: u32,
-    /// Where the samples of their trajectory begin, if it is only one.
+    /// Start of the samples of their trajectory, if there is only one.
     pub(super) begin: Option<u32>,
 }
 
@@ -42,9 +42,9 @@ pub(super) struct Plan {
 }
 
 impl Plan {
-    /// Replaces the plan; the memory of words and positions is kept. Where there are observers, there is one job, and one for each of
-    /// its candidates.
-    #[allow(clippy::too_many_arguments, reason = "what a plan is made of, each of another owner")]
+    /// Replaces the plan; the memory of words and positions is reused. With observers there is one job, and an observer for each of its
+    /// candidates.
+    #[allow(clippy::too_many_arguments, reason = "the inputs of a plan, each with a different owner")]
     pub(super) fn make(
         &mut self,
         jobs: &[Job],
@@ -68,7 +68,7 @@ impl Plan {
         }
         let words = words(kernel);
         let symbols = cases[0].variant.parameters();
-        // Not cleared, because filling with zeros would take as long as laying out.
+        // Not cleared, because filling with zeros would take as long as preparing the words.
         self.words.resize(begin * words.len(), 0);
         let mut free = self.words.as_mut_slice();
         let mut at = 0;
@@ -138,11 +138,11 @@ fn split(order: &[usize], jobs: &[Job], most: usize) -> Vec<Vec<Stretch>> {
     parts
 }
 
-/// Where the words of a stretch come from.
+/// Source of the words of a stretch.
 struct Source<'a> {
     population: &'a Population,
     candidates: Range<usize>,
-    /// The place of each parameter of the variant in the population, if it is there.
+    /// Index of each parameter of the variant in the population, if it is there.
     columns: Vec<Option<usize>>,
     /// One per candidate, or one for all.
     paces: Vec<Pace>,
@@ -154,7 +154,7 @@ struct Source<'a> {
 /// Meaning of a word of a candidate.
 #[derive(Debug, Clone, Copy)]
 enum Word {
-    /// A parameter, by its place in the variant.
+    /// A parameter, by its index in the variant.
     Parameter(usize),
     Back,
     Fraction,
@@ -220,7 +220,7 @@ fn observer_word(observer: &Observer, k: usize) -> u32 {
     (*value as f32).to_bits()
 }
 
-/// When candidates perceive: one for all if it does not depend on their parameters.
+/// Start and perceived samples of candidates: one for all if they do not depend on the parameters.
 fn paces(
     case: &Case,
     course: &Course,
@@ -231,7 +231,7 @@ fn paces(
     let variant = &kernel.recipe.variant;
     let base = variant.delay.then_some(Symbol::tau_p);
     let read = base.into_iter().chain(variant.extensions.delay()).chain(variant.extensions.look_back());
-    // A pace depends on these only, and writing all parameters of a candidate would take most of the time.
+    // The start depends on these only, and writing all parameters of a candidate would take most of the time.
     let read: Vec<(Symbol, usize)> = read.filter_map(|symbol| Some((symbol, population.column_of(symbol)?))).collect();
     let of = |parameters: &mut Parameters, candidate: usize| {
         read.iter().for_each(|(symbol, place)| parameters.set(*symbol, population.values(candidate)[*place]));
@@ -256,7 +256,7 @@ fn paces(
     Ok(paces)
 }
 
-/// Candidates that one part may have.
+/// Largest number of candidates of a part.
 pub(super) fn most_candidates(kernel: &Kernel, blocks: u32, limits: &super::Limits) -> u32 {
     let words = kernel.candidate_words().max(kernel.state_words()).max(kernel.result_words()).max(2 * blocks);
     let by_bytes = limits.binding.min(limits.buffer) / (4 * u64::from(words));

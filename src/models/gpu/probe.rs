@@ -1,4 +1,4 @@
-//! Arithmetic of a driver: one small kernel per known fault, run on the spot.
+//! Probes of a driver's arithmetic: one small kernel per known fault.
 
 use super::adapter::Adapter;
 use super::device::{Device, Fault};
@@ -33,7 +33,7 @@ pub struct Probe {
 /// A mode of an adapter, and whether the probes allow it.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Mode {
-    /// Short name; of precisions that of `--precision`.
+    /// Short name; for precisions, the value of `--precision`.
     pub name: &'static str,
     /// Whether results can be trusted.
     pub safe: bool,
@@ -59,7 +59,7 @@ pub fn modes(probes: &[Probe]) -> [Mode; 3] {
             safe: plain && is("hidden_error_terms", &[Ok]),
             promise: "--precision compensated: keeps rounding errors of states and sums",
         },
-        Mode { name: "same_bits", safe: same_bits, promise: "the very bits of --evaluator lanes on the CPU" },
+        Mode { name: "same_bits", safe: same_bits, promise: "the same bits as --evaluator lanes on the CPU" },
     ]
 }
 
@@ -92,8 +92,8 @@ fn no_number(value: f32) -> u32 { return select(0u, 1u, (bitcast<u32>(value) & 0
 const TRAPS: &[Trap] = &[
     Trap {
         name: "nan_by_bits",
-        // A compiler that assumes finite results may drop the test of a computed value, though not of one that is read.
-        // Not of the difference of a value to itself, which some drivers assume to be 0.
+        // A compiler that assumes finite results may drop the test of a computed value, but not of a value that is read. The probe does not
+        // use the difference of a value to itself, which some drivers assume to be 0.
         body: "y[0] = no_number(x[0]); y[1] = no_number(x[2] - x[3]); y[2] = no_number(x[4] / x[5]);
                y[3] = no_number(sqrt(x[6])); y[4] = no_number(x[2] * x[4] + x[1]); y[5] = no_number(x[7] * x[8]);
                y[6] = no_number(x[1]); y[7] = no_number(x[1] - x[7]);",
@@ -218,7 +218,7 @@ const TRAPS: &[Trap] = &[
     },
 ];
 
-/// Turns in the probe of loops.
+/// Iterations in the probe of loops.
 const TURNS: u32 = 1 << 20;
 
 /// Runs every probe on an adapter.
@@ -262,12 +262,13 @@ pub fn probes(adapter: &Adapter, twins: &Twins) -> Vec<Probe> {
 
 pub(super) type Finding = Result<(ProbeStatus, String), Fault>;
 
-/// Pairs in the probe of rounding: of results that are off by one digit in five, hardly all would be right.
+/// Number of pairs in the probe of rounding: if one result in five were off by one digit, hardly all would be right.
 const PAIRS: usize = 256;
 
-/// Whether an operation is rounded correctly, which Vulkan asks neither of quotients nor of square roots (2.5 digits of the last place).
+/// Whether an operation is rounded correctly, which Vulkan requires neither for quotients nor for square roots (2.5 digits of the last
+/// place).
 fn rounded(device: &Device, what: &str, operation: &str, expected: fn([f32; 2]) -> f32) -> Finding {
-    // Odd steps through the mantissas, all over eight powers of two.
+    // Odd steps through the mantissas, over eight powers of two.
     let of = |k: usize, step: u32| f32::from_bits(0x3e00_0000 + (k as u32 * step) % (8 << 23));
     let pairs: Vec<[f32; 2]> = (0..PAIRS).map(|k| [of(k, 0x000b_3c5d), of(k, 0x0017_a2f1)]).collect();
     let text = format!(
@@ -278,7 +279,7 @@ fn rounded(device: &Device, what: &str, operation: &str, expected: fn([f32; 2]) 
     let found = run(device, &text, pairs.as_flattened(), PAIRS)?;
     let off = pairs.iter().zip(found).filter(|(pair, bits)| expected(**pair).to_bits() != *bits).count();
     let (good, trap) = (
-        format!("{what} are rounded as the CPU does it"),
+        format!("{what} are rounded as on the CPU"),
         format!("{off} of {PAIRS} {what} differ from the CPU's in the last digits, as Vulkan allows; results are good"),
     );
     Ok(judged(off == 0, ProbeStatus::Trap, &good, &trap))
@@ -321,7 +322,7 @@ fn loops(device: &Device) -> Finding {
     ))
 }
 
-/// Runs `main` of a text in one workgroup, which reads `x` and writes `y`; the values of `y`. For tests of single functions.
+/// Runs `main` of a text in one workgroup, which reads `x` and writes `y`; returns `y`. For tests of single functions.
 ///
 /// # Errors
 /// Errors of the device.
@@ -331,7 +332,7 @@ pub fn values(adapter: &Adapter, text: &str, x: &[f32], outputs: usize) -> Resul
     found.map_err(|fault| format!("{}: {}", fault.doing, fault.message))
 }
 
-/// Runs `main` in one workgroup; the values of `y`.
+/// Runs `main` in one workgroup; returns `y`.
 pub(super) fn run(device: &Device, text: &str, x: &[f32], outputs: usize) -> Result<Vec<u32>, Fault> {
     const DOING: &str = "running a probe";
     use wgpu::BufferUsages as Usages;

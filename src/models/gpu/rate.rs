@@ -6,8 +6,8 @@ const TARGET: f64 = 0.08;
 /// Shorter times \[s\] show the overhead rather than the speed.
 const MEASURABLE: f64 = 0.01;
 
-/// A device that seems faster than expected gets at most this multiple of the work: where most candidates have crashed a
-/// submission takes almost no time, and the next one may be of others.
+/// Largest factor on the work if a device seems faster than expected: once most candidates have crashed, a submission takes almost no time,
+/// and the next one may have others.
 const GROWTH: f64 = 4.0;
 
 /// Samples per submission at least.
@@ -27,8 +27,8 @@ impl Rate {
         (by_speed.min(1e9) as u32).max(SHORTEST)
     }
 
-    /// Learns from a submission of this many candidate-steps that took this many seconds. Unless the host `waited` for most of that time it
-    /// was done some time ago, and gives only a lower limit of the speed.
+    /// Updates the estimate from a submission of this many candidate-steps and its time. Unless the host `waited` for most of that time,
+    /// the work was done some time ago, and the time gives only a lower limit of the speed.
     pub(super) fn learn(&mut self, candidate_steps: f64, took: f64, waited: bool) {
         let measured = candidate_steps / took.max(1e-6);
         if measured > self.0 {
@@ -43,7 +43,7 @@ impl Rate {
 mod tests {
     use super::*;
 
-    /// Seconds of each submission of a device that does this many candidate-steps per second.
+    /// Seconds of each submission of a device with this many candidate-steps per second.
     fn times(speed: f64, candidates: u32, submissions: usize) -> Vec<f64> {
         let mut rate = Rate::UNKNOWN;
         let mut submit = || {
@@ -62,7 +62,7 @@ mod tests {
                 assert!((took / TARGET - 1.0).abs() < 0.1, "{speed:e} steps/s, submission {k}: {took} s of {times:?}");
             }
         }
-        // Twenty-five times slower than expected, and even so the first one ends before a driver's watchdog.
+        // Twenty-five times slower than expected; still, the first submission ends before a driver's watchdog.
         assert!(times(2e6, 100, 1)[0] < 2.1);
     }
 

@@ -1,4 +1,4 @@
-//! Results from a device, and their meaning.
+//! The meaning of results from a device.
 
 use super::context::Work;
 use crate::evaluator::{Failure, FailureKind, Raw, Score, status};
@@ -6,7 +6,7 @@ use crate::evaluator::{Failure, FailureKind, Raw, Score, status};
 /// Bits of a result word beside [`status`]: the candidate touched a bound and the convention rejects it.
 const REJECTED: u32 = status::FAILED | 3 << 28;
 
-/// Results of some work: the contents of `results`, and of `blocks`, of one part after the other.
+/// Results of some work: the contents of `results` and of `blocks`, part by part.
 #[derive(Debug, Default)]
 pub(super) struct Results {
     pub(super) words: Vec<u32>,
@@ -31,7 +31,7 @@ pub(super) fn for_each_candidate(
     }
 }
 
-/// As the kernel writes it for `Sums::All`.
+/// In the form of the kernel for `Sums::All`.
 pub(super) fn raw_of(words: &mut dyn Iterator<Item = u32>) -> Raw {
     let mut word = || words.next().unwrap_or_default();
     let (status, n_cut_acc, n_cut_dec) = (word(), word(), word());
@@ -41,7 +41,7 @@ pub(super) fn raw_of(words: &mut dyn Iterator<Item = u32>) -> Raw {
     Raw { status, n_cut_acc, n_cut_dec, error2, simulated2, relative2, floored2_v: sum() }
 }
 
-/// A score as the kernel writes it.
+/// A score in the form of the kernel.
 pub(super) fn score_of(word: u32) -> Score {
     if word & status::FAILED == 0 {
         // An undefined value is NaN.

@@ -106,7 +106,7 @@ impl Slot {
         device.queue.write_buffer(&self.buffers[CANDIDATES], 0, bytemuck::cast_slice(words));
     }
 
-    /// `Chunk` of the kernel: from_sample, to_sample, candidates, stride, zero, block, two zeros, and where the window begins.
+    /// `Chunk` of the kernel: from_sample, to_sample, candidates, stride, zero, block, two zeros, and the start of the window.
     pub(super) fn write_chunk(
         &self,
         device: &Device,
@@ -153,7 +153,7 @@ impl Slot {
         }
     }
 
-    /// Appends the results of a finished submission. It waits for nothing else: another buffer set may be under way.
+    /// Appends the results of a finished submission. It waits for nothing else, because another buffer set may be in flight.
     pub(super) fn read(
         &self,
         device: &Device,

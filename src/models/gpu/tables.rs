@@ -46,7 +46,7 @@ struct Content {
 pub(super) struct Tables {
     /// The cases.
     pub(super) cases: Range<usize>,
-    /// Where the samples of each begin.
+    /// Start of the samples of each.
     pub(super) begins: Vec<u32>,
     /// jobs, samples, norms, cells.
     pub(super) buffers: [wgpu::Buffer; 4],

@@ -1,4 +1,4 @@
-//! Functions of our own on a device against their twins on the CPU, bit for bit.
+//! Compares functions on a device with their twins on the CPU, bit for bit.
 
 use super::device::Device;
 use super::probe::{COMMON, Finding, ProbeStatus, run};
@@ -34,7 +34,7 @@ pub(super) fn own_logarithm(device: &Device, twins: &Twins) -> Finding {
     own(device, "logarithm", "logarithm(a)", |k| [1e-12 * 1.004_f32.powi(k), 0.0], &|[x, _]| logarithm(x))
 }
 
-/// A function of ours against its twin.
+/// A function on a device and its twin.
 fn own(
     device: &Device,
     name: &str,

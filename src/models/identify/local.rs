@@ -1,7 +1,7 @@
 //! The score near its minimum: a quadratic form, and the displacement of the minimum by the noise of the drive.
 //!
-//! The score is Σ_k w_k √m_k over signals (and the mean over cases), where m_k is the mean of squared residuals e². Its second
-//! derivatives are taken without those of e (Gauss and Newton), which keeps the form from falling anywhere.
+//! The score is Σ_k w_k √m_k over signals (and the mean over cases), where m_k is the mean of squared residuals e². Its second derivatives
+//! omit those of e (Gauss-Newton), so that the form decreases in no direction.
 
 use super::noise::{Answer, Free, Noise};
 use super::{Exactly, Optimism, student};
@@ -15,7 +15,7 @@ use crate::score::{Accumulation, GoodnessOfFit, Measured, denominator, is_relati
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Steps of the differences, shares of a parameter's range: the first one at which anything changes.
+/// Finite-difference steps, shares of a parameter's range: the first one that changes the result is used.
 const STEPS: [f64; 4] = [1e-3, 1e-2, 0.1, 0.3];
 
 /// Share of its largest second derivative that is added to the quadratic form, so that a parameter without effect has a variance.
@@ -75,7 +75,7 @@ pub(super) struct Local {
     pub(super) power: f64,
     /// Added to the diagonal of every form.
     ridge: f64,
-    /// Steps tried on either side of each searched parameter, of the case that needed most.
+    /// Steps tried on either side of each searched parameter, for the case that needed most.
     tried: Vec<u64>,
 }
 
@@ -90,7 +90,7 @@ pub(super) struct Spread {
 }
 
 impl Local {
-    /// Refused if the candidate, or all its neighbours in some direction, cannot be simulated, and if the score has no curvature.
+    /// Fails if the candidate, or all its neighbours in some direction, cannot be simulated, or if the score has no curvature.
     pub(super) fn new(
         exactly: Exactly<'_>,
         gof: &GoodnessOfFit,
@@ -168,7 +168,7 @@ impl Local {
         Ok(Ok(local))
     }
 
-    /// Simulated candidates, each on all cases: the one of the middle, and its neighbours.
+    /// Number of simulated candidates, each on all cases: the one in the middle and its neighbours.
     pub(super) fn evaluations(&self) -> u64 {
         1 + 2 * self.tried.iter().sum::<u64>()
     }
@@ -239,7 +239,7 @@ impl Local {
             };
             let mut weight = norm.weight[k];
             if kind == Accumulation::Theil {
-                // The simulated part of the denominator as it is at the minimum.
+                // The simulated part of the denominator at the minimum.
                 let square: f64 = here[k][first..].iter().map(|x| x * x).sum();
                 weight /= (square * norm.per_count[k]).sqrt() + norm.rms_measured[k];
             }
@@ -268,9 +268,9 @@ impl Local {
         moved
     }
 
-    /// Mean excess of the score on another drive of the same driver over that of the drive of the fit: the
-    /// trace of the inverse curvature times the covariance of the gradient (K. Takeuchi, 1976; for independent residuals H. Akaike's 1974).
-    /// `inside`: the searched parameters that lie on no bound; the others cannot follow the noise. `None` where the form is singular.
+    /// Mean excess of the score on another drive of the same driver over that on the fitted drive: the trace of the inverse curvature times
+    /// the covariance of the gradient (K. Takeuchi, 1976; for independent residuals H. Akaike's 1974). `inside`: the searched parameters
+    /// that lie on no bound; the others cannot follow the noise. `None` if the form is singular.
     pub(super) fn optimism(&self, inside: &[bool]) -> Option<Optimism> {
         let kept: Vec<usize> = (0..self.free.len()).filter(|&k| inside[k]).collect();
         let part = |form: &DMatrix<f64>| DMatrix::from_fn(kept.len(), kept.len(), |a, b| form[(kept[a], kept[b])]);
@@ -278,8 +278,8 @@ impl Local {
         (trace.is_finite() && trace >= 0.0).then_some(Optimism { score: trace, noise: self.power })
     }
 
-    /// Standard error of parameter `k`: by the covariance of the gradient and the curvature of the score (the sandwich of P. J. Huber,
-    /// 1967, for estimators such as this one).
+    /// Standard error of parameter `k`, from the covariance of the gradient and the curvature of the score (the sandwich estimator of P. J.
+    /// Huber, 1967).
     pub(super) fn spread(&self, k: usize) -> Spread {
         let pull = inverse(&self.curvature, k);
         let variance_by = |form: &DMatrix<f64>| (form * &pull).dot(&pull);
@@ -298,7 +298,7 @@ impl Local {
 }
 
 impl CaseForm {
-    /// Of one case of this many.
+    /// The part of one case of this many.
     fn new(signals: &[SignalResiduals], first: usize, n: usize, cases: f64) -> CaseForm {
         let count = signals[0].residual.len();
         let none = || vec![DVector::zeros(n); count];
@@ -323,7 +323,7 @@ impl CaseForm {
             form.gradient += &mixed * first;
             form.curvature += square * first + &mixed * mixed.transpose() * second;
             for (t, e) in signal.residual.iter().enumerate() {
-                // By the residual itself, and by the weight of the signal, which it changes.
+                // From the residual itself, and from the weight of the signal, which the residual changes.
                 let mut by_residual = slope(t) * (2.0 * first * signal.per_count);
                 by_residual.axpy(2.0 * second * e * signal.per_count, &mixed, 1.0);
                 whole[t].axpy(*e, &by_residual, 1.0);
@@ -336,8 +336,8 @@ impl CaseForm {
         form
     }
 
-    /// Covariance of the gradient by the noise of the drive: of the measurement, and of the acceleration that the model does not know, whose
-    /// effect goes through the model. Beside it, the pieces of the noise that do not depend on each other, and its size. `None` if the run fails.
+    /// Covariance of the gradient from the noise of the drive: that of the measurement, and the unknown acceleration, whose effect goes
+    /// through the model. With it, the number of independent pieces of the noise, and its size. `None` if the run fails.
     fn noise(
         &self,
         exactly: Exactly<'_>,
@@ -363,7 +363,7 @@ impl CaseForm {
         let gradients = |kicks: &[(usize, usize)]| -> Result<Vec<DVector<f64>>, EvaluateError> {
             Ok(free.kicked(kicks)?.into_iter().map(gradient).collect())
         };
-        // The acceleration, as changes of the speed in stretches that follow each other.
+        // The acceleration, as changes of the speed in successive stretches.
         let every = (BETWEEN_S / dt).round().max(1.0) as usize;
         let speeds: Vec<(usize, usize)> =
             (free.first..self.first + samples).step_by(every).map(|from| (1, from)).collect();
@@ -380,7 +380,7 @@ impl CaseForm {
                 }
             }
         }
-        // The measurement: each sample, of which a speed is in two accelerations, and the one from which the run starts.
+        // The measurement: each sample, whose speed enters two accelerations, and the one from which the run starts.
         let [by_s, by_v, by_a] = &self.pulls;
         for t in 0..samples {
             covariance.ger(noise.spacing.powi(2), &by_s[t], &by_s[t], 1.0);

@@ -1,7 +1,7 @@
-//! Results of a calibration beside the optimum: how well each parameter is known, and which ones compensate for each other.
+//! Results of a calibration besides the optimum: the uncertainty of each parameter, and the parameters that compensate for each other.
 //!
-//! The residuals of a free simulation are far from independent: at ten samples a second, one nearly repeats the one before.
-//! So nothing here counts samples as independent.
+//! The residuals of a free simulation are far from independent: at ten samples a second, each nearly repeats the previous one. So samples
+//! are never counted as independent here.
 //!
 //! 1. `local`: the score near its minimum as a quadratic form, by differences of the f64 reference, and the displacement of
 //!    the minimum by the noise of the drive (`noise`).
@@ -24,10 +24,10 @@ use crate::symbols::Symbol;
 /// Share of cases in which an interval should contain the true value.
 pub const CONFIDENCE: f64 = 0.95;
 
-/// Quantile of the normal distribution that belongs to [`CONFIDENCE`], both sides.
+/// Quantile of the normal distribution for [`CONFIDENCE`], two-sided.
 const NORMAL: f64 = 1.959_963_985;
 
-/// A drive determines a parameter if the interval leaves at least this share of the searched range out.
+/// A drive determines a parameter if the interval excludes at least this share of the searched range.
 const LEFT_OUT: f64 = 0.5;
 
 /// Interval of one parameter.
@@ -35,9 +35,9 @@ const LEFT_OUT: f64 = 0.5;
 pub struct Knowledge {
     /// The parameter.
     pub symbol: Symbol,
-    /// Where the interval ends, lower and upper, in the parameter's unit.
+    /// Lower and upper end of the interval, in the parameter's unit.
     pub interval: [f64; 2],
-    /// True if an end is the bound of the search, and not the data's.
+    /// True if the bound of the search limits an end, and not the data.
     pub open: [bool; 2],
     /// False if the interval holds more than half of the searched range: the drive does not determine the value.
     pub determined: bool,
@@ -52,8 +52,8 @@ pub struct Knowledge {
 pub struct Optimism {
     /// Expected increase of the score on another drive of the same driver, in units of the score; in proportion to the noise.
     pub score: f64,
-    /// The noise that was found with the model: mean square of the speed that an unknown acceleration adds in some seconds \[m²/s²\]. Errors
-    /// of the model count as noise, too.
+    /// The noise under the model: mean square of the speed that an unknown acceleration adds in some seconds \[m²/s²\]. Errors of the model
+    /// count as noise, too.
     pub noise: f64,
 }
 
@@ -70,10 +70,10 @@ pub struct Identifiability {
     pub evaluations: u64,
 }
 
-/// The f64 evaluator that computes the effect of disturbances, and the places of the other evaluator's cases among its own.
+/// The f64 evaluator that computes the effect of disturbances, and the positions of the other evaluator's cases among its own.
 #[derive(Debug, Clone, Copy)]
 pub struct Exactly<'a> {
-    /// It has all cases that are asked about.
+    /// It has all requested cases.
     pub lanes: &'a Lanes,
     /// The first of them.
     pub first: usize,
@@ -101,7 +101,7 @@ pub fn identify(
     identify_on(Exactly { lanes: &lanes, first: 0, count: evaluator.cases().len() }, space, candidate, stop)
 }
 
-/// Drives below this are too short for reliable intervals \[s\].
+/// Shorter drives are too short for reliable intervals \[s\].
 pub const SHORT_S: f64 = 60.0;
 /// The caution beside intervals of such drives; the table of `docs/benchmark/optimizers.md` has the shares.
 pub const SHORT: &str = "on drives of less than 60 s with autocorrelated noise, 95 % intervals contained the truth in 89 (v_0) and 86 (d_0) of 100 cases";
@@ -130,7 +130,7 @@ pub fn identify_on(
     for spread in spreads.iter_mut().filter(|s| !(s.rise.is_finite() && s.rise > 0.0)) {
         spread.rise = deepest;
     }
-    // A tenth of the rise: it shifts an interval by less than a tenth of its half.
+    // A tenth of the rise: it shifts an interval by less than a tenth of its half width.
     let score = |values: &[f64]| -> Result<f64, EvaluateError> {
         Ok(match rescore::score(exactly.cases(), exactly.lanes.gof(), &space.parameters(values))? {
             Score::Value(value) => value,
@@ -163,8 +163,8 @@ pub fn identify_on(
     Ok(Identifiability { parameters, optimism, note, evaluations: local.evaluations() + 1 })
 }
 
-/// Ends of an interval of this half width around the value. For a parameter that cannot be 0 by its bounds the error grows with the value, so that
-/// the end away from 0 is a multiple; the other one stays a difference, which is the wider of the two there.
+/// Ends of an interval of this half width around the value. If the bounds of a parameter exclude 0, its error grows with the value, so the
+/// end away from 0 is a multiple of the value; the other end stays a difference, which gives the wider interval there.
 fn ends(x: f64, half: f64, [lower, upper]: [f64; 2]) -> [f64; 2] {
     let far = x * (half / x.abs()).exp();
     if lower > 0.0 {
@@ -177,7 +177,7 @@ fn ends(x: f64, half: f64, [lower, upper]: [f64; 2]) -> [f64; 2] {
 }
 
 /// Quantile of Student's t distribution for [`CONFIDENCE`]: the first terms of the expansion of E. A. Cornish and R. A. Fisher (1938);
-/// good to 1 % from 4 degrees of freedom on, and not asked for fewer.
+/// accurate to 1 % from 4 degrees of freedom on, and not used for fewer.
 #[must_use]
 pub fn student(freedom: f64) -> f64 {
     let (z, nu) = (NORMAL, freedom.max(4.0));

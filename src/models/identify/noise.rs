@@ -1,9 +1,9 @@
 //! Noise of a measured drive, and its effect on a simulation of the drive.
 //!
-//! Residuals of a free simulation do not measure the noise: the fit has removed the part that the parameters can follow, and of a short drive
-//! that is most of it. One-step errors from the measured state show the noise at all samples. It has two parts: errors of the
-//! measurement, independent between samples, and a lasting acceleration that the model does not know (Ornstein-Uhlenbeck). Their sizes are
-//! those of the highest restricted likelihood (H. D. Patterson and R. Thompson, Biometrika 58, 1971), which allows for the fitted parameters.
+//! Residuals of a free simulation do not measure the noise: the fit has removed the part that the parameters can follow, which for a short
+//! drive is most of it. One-step errors from the measured state show the noise at all samples. It has two parts: errors of the measurement,
+//! independent between samples, and a lasting acceleration that the model does not know (Ornstein-Uhlenbeck). Their sizes maximise the
+//! restricted likelihood (H. D. Patterson and R. Thompson, Biometrika 58, 1971), which allows for the fitted parameters.
 
 use crate::calibrate::SearchSpace;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Observer, Population};
@@ -12,19 +12,21 @@ use crate::symbols::Parameters;
 use pulp::{Arch, NullaryFnOnce};
 use rayon::prelude::*;
 
-/// An observer that puts the state on the measurement after each step.
+/// An observer that resets the state to the measurement after each step.
 const HELD: Observer = Observer { gain: [1.0, 0.0, 0.0, 1.0, 0.0, 0.0], ..Observer::NONE };
 
-/// How long an unknown acceleration may last \[s\]: first, last and factor of the grid. The driver responds to longer ones.
+/// Time constants of the unknown acceleration \[s\]: first, last and factor of the grid. The driver responds to longer ones.
 const LASTS_S: [f64; 3] = [0.05, 8.0, 1.6];
-/// Speed that it adds in a sample as a multiple of the error of a measured speed: first, last and factor of the grid, beside none.
+/// Speed that the unknown acceleration adds in a sample, as a multiple of the error of a measured speed: first, last and factor of the
+/// grid, in addition to zero.
 const RATIO: [f64; 3] = [0.003, 1000.0, 2.0];
 /// Fraction of a step for the refinement around the best.
 const FINER: f64 = 0.25;
-/// A parameter is not removed if this small a share of its effect is its own: the others have the same effect.
+/// A parameter is not removed if a smaller share of its effect than this is unique: the others have the same effect.
 const OWN: f64 = 1e-10;
 
-/// Within this many seconds a driver has responded to a disturbance: the speed that the unknown acceleration adds in them is the size of the noise.
+/// Time in which a driver has responded to a disturbance \[s\]: the speed that the unknown acceleration adds in it is the size of the
+/// noise.
 const ANSWERED_S: f64 = 4.0;
 
 /// Noise of a drive.
@@ -39,7 +41,8 @@ pub(super) struct Noise {
 }
 
 impl Noise {
-    /// By the one-step errors of a candidate; `None` if it cannot be simulated. `steps`: shares of the range by which each parameter is moved.
+    /// From the one-step errors of a candidate; `None` if it cannot be simulated. `steps`: shares of the range by which each parameter is
+    /// moved.
     pub fn of(
         lanes: &Lanes,
         case: usize,
@@ -72,7 +75,7 @@ impl Noise {
         Ok(Some(Noise { spacing: spacing.sqrt(), ..Noise::told_by(&series, dt) }))
     }
 
-    /// By the errors of the speed in one step, and their derivatives by each parameter.
+    /// From the one-step errors of the speed, and their derivatives in each parameter.
     fn told_by(series: &[Vec<f64>], dt: f64) -> Noise {
         // Sample by sample.
         let rows: Vec<f64> = (0..series[0].len()).flat_map(|t| series.iter().map(move |z| z[t])).collect();
@@ -127,21 +130,21 @@ fn integrated(time: f64, lasts: f64) -> f64 {
     2.0 * lasts * lasts * (time / lasts - 1.0 + (-time / lasts).exp())
 }
 
-/// Noises that are tried side by side: numbers of the widest vector.
+/// Number of noises that are tried in parallel: numbers of the widest vector.
 const TOGETHER: usize = 8;
-/// Samples whose variances are multiplied before the logarithm is taken of them. A variance lies between 1 and the square of the largest of
+/// Number of samples whose variances are multiplied before taking the logarithm. A variance lies between 1 and the square of the largest of
 /// [`RATIO`], so that the product stays far below the largest number.
 const MULTIPLIED: usize = 32;
 
-/// Restricted log-likelihoods (but for a constant) of the first of some series, in which any multiples of the others may be, and the standard
-/// deviations of an error of the measurement at which they are highest; one for each noise that is tried. The model: z_t = m_t + u_t - u_{t-1},
-/// u new at each sample, and m of standard deviation `ratio` (that of u is 1), of which exp(-dt / lasts) stays from a sample to the next. A
-/// Kalman filter makes both independent.
+/// Restricted log-likelihoods (up to a constant) of the first of several series, which may contain any multiples of the others, and the
+/// standard deviations of the measurement error at which they are highest; one for each noise that is tried. The model: z_t = m_t + u_t -
+/// u_{t-1}, with u independent between samples, and m of standard deviation `ratio` (that of u is 1), of which exp(-dt / lasts) remains
+/// from one sample to the next. A Kalman filter decorrelates them.
 struct Restricted<'a> {
     /// The series, sample by sample.
     rows: &'a [f64],
     series: usize,
-    /// Ratio and lasts \[s\] of each noise.
+    /// Ratio and time constant \[s\] of each noise.
     at: [[f64; 2]; TOGETHER],
     dt: f64,
 }
@@ -242,9 +245,9 @@ fn geometric([first, last, factor]: [f64; 3]) -> impl Iterator<Item = f64> {
     std::iter::successors(Some(first), move |x| (*x < last).then(|| (x * factor).min(last)))
 }
 
-/// Change of the speed, and of the spacing, whose effect is followed \[m/s, m\]: so small that the effect is in proportion.
+/// Change of the speed, and of the spacing, whose effect is followed \[m/s, m\]: so small that the effect is linear.
 const KICK: f64 = 0.01;
-/// The effect is followed until it is this share of the kick, and this long \[s\]: by then a car has responded.
+/// The effect is followed until it falls to this share of the kick, for this long \[s\]: by then a car has responded.
 const GONE: f64 = 0.003;
 const FOLLOWED_S: f64 = 120.0;
 
@@ -308,7 +311,7 @@ mod tests {
     use crate::optimize::{normal, stream};
     use nalgebra::DMatrix;
 
-    /// Noise of known size comes back, also where parameters have taken out a part of it.
+    /// Noise of known size is recovered, even if parameters have removed a part of it.
     #[test]
     fn noise_is_told_by_one_step_errors() {
         let dt = 0.1;
@@ -328,7 +331,7 @@ mod tests {
                                 step
                             })
                             .collect();
-                        // Five slow waves, as parameters have them, with the multiples that least squares takes out.
+                        // Five slow waves in place of parameters, with the multiples that least squares removes.
                         let wave = |k: usize| {
                             move |t: usize| (t as f64 * (k + 1) as f64 * std::f64::consts::PI / samples as f64).cos()
                         };
@@ -351,7 +354,7 @@ mod tests {
         }
     }
 
-    /// Against the likelihood by the covariance of all samples, which needs no filter.
+    /// Compared with the likelihood by the covariance of all samples, which needs no filter.
     #[test]
     fn likelihoods_are_those_of_the_whole_covariance() {
         let (samples, n, dt) = (50, 4, 0.1);
@@ -381,7 +384,7 @@ mod tests {
         }
     }
 
-    /// Stretches that follow each other add up to one.
+    /// Successive stretches add up to one.
     #[test]
     fn covariances_of_stretches_add_up() {
         let noise = Noise { acceleration: 0.2, lasts: 1.3, spacing: 0.0, speed: 0.0 };

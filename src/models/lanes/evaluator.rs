@@ -122,7 +122,7 @@ impl Lanes {
         Lanes::with_texts(cases, gof, precision, &|_, _| None)
     }
 
-    /// As [`Lanes::new`], but `replace` may put another text in the place of a file, given its path and its text; mutation tests.
+    /// As [`Lanes::new`], but `replace` may replace the text of a file, given its path and its text; for mutation tests.
     ///
     /// # Errors
     /// As [`Lanes::new`].
@@ -217,8 +217,8 @@ impl Lanes {
         })
     }
 
-    /// The residuals of the same runs alone, the same numbers in less time and memory: `each` is given one stretch of samples after
-    /// the other, from the first to the last or until all have failed. Returns where runs ended early.
+    /// The residuals of the same runs alone, the same numbers in less time and memory: `each` receives stretches of samples in order, up to
+    /// the last one or until all candidates have failed. Returns where runs ended early.
     ///
     /// # Errors
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
@@ -238,8 +238,8 @@ impl Lanes {
         })
     }
 
-    /// The residuals of free simulations, as [`Lanes::residuals`]. They are put back on the measurement by `windows`, and where a run
-    /// fails: its residuals of that sample are NaN. The memory of a model continues.
+    /// The residuals of free simulations, as [`Lanes::residuals`]. `windows` resets them to the measurement, and so does a failure: the
+    /// residuals of that sample are NaN. The memory of a model continues.
     ///
     /// # Errors
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
@@ -303,7 +303,7 @@ impl Lanes {
         })
     }
 
-    /// Sums of squares of the errors of pulled runs, bin by bin: of spacing, speed, acceleration, and shortfall; `None` of a run that
+    /// Sums of squares of the errors of pulled runs, bin by bin: of spacing, speed, acceleration, and shortfall; `None` for a run that
     /// fails.
     ///
     /// # Errors
@@ -319,8 +319,8 @@ impl Lanes {
     }
 
     /// Residuals of free runs whose squares add up to the score, one vector per candidate: those of spacing, then of speed, then of
-    /// acceleration, one per sample of the drive; 0 before the first simulated sample and of a signal that is not compared. The
-    /// vector of a run that fails is undefined.
+    /// acceleration, one per sample of the drive; 0 before the first simulated sample and for a signal that is not compared. The vector of
+    /// a run that fails is undefined.
     ///
     /// # Errors
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
@@ -350,8 +350,8 @@ impl Lanes {
         Ok(self.observing.get_or_init(|| engine))
     }
 
-    /// The states (spacing, speed, acceleration) of one candidate at the samples from `from` to `to` - 1, where `history` has
-    /// its spacing, speed and acceleration at the samples before `from`. Ends early where the run fails.
+    /// The states (spacing, speed, acceleration) of one candidate at the samples from `from` to `to` - 1; `history` has its spacing, speed
+    /// and acceleration at the samples before `from`. Ends early if the run fails.
     ///
     /// # Errors
     /// [`EvaluateError::Delay`].
@@ -370,8 +370,8 @@ impl Lanes {
             .map(|mut traces| traces.remove(0))
     }
 
-    /// The same from each of some samples, where a kick adds to spacing, speed and acceleration at the sample before. Samples that
-    /// are near each other share a block of [`Lanes::TRACES`].
+    /// The same from each of several samples, with a kick added to spacing, speed and acceleration at the previous sample. Samples that are
+    /// close to each other share a block of [`Lanes::TRACES`].
     ///
     /// # Errors
     /// [`EvaluateError::Delay`].

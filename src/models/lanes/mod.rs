@@ -1,12 +1,9 @@
 //! The composed WGSL text on the CPU: naga's form of it becomes a straight-line program over blocks of candidates.
 //!
-//! `compile` turns a text into instructions over rows, `run` runs them over a population.
-//! Every operation is rounded separately and none changes places with another, so that every instruction set gives the same bits.
+//! `compile` turns a text into instructions over rows, `run` runs them over a population. Every operation is rounded separately and none is
+//! reordered, so that every instruction set gives the same bits.
 #![allow(clippy::needless_range_loop, reason = "one index for the same lane of several rows")]
-#![allow(
-    clippy::neg_cmp_op_on_partial_ord,
-    reason = "where a NaN goes is the kernel's business, not a matter of taste"
-)]
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "the kernel defines the treatment of NaN")]
 
 mod compile;
 mod evaluator;

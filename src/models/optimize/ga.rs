@@ -35,8 +35,8 @@ impl Default for GaSettings {
 /// The genetic algorithm.
 ///
 /// It differs from the package in one point: infeasible members have no penalty value. They are sorted by the time that they survived, and
-/// have no weight in the roulette wheel, whose worst member is the worst feasible one. A penalty would be worse than that one, and give
-/// the feasible ones nearly the same weight.
+/// have no weight in the roulette wheel, whose worst member is the worst feasible one. A penalty would be worse than that one, and give the
+/// feasible ones nearly the same weight.
 #[derive(Debug, Clone)]
 pub struct Ga {
     settings: GaSettings,
@@ -50,7 +50,7 @@ pub struct Ga {
     best: Option<Member>,
 }
 
-/// Stream of the draws that belong to a generation as a whole; children count from 0.
+/// Stream of the draws for a whole generation; children count from 0.
 const SELECTION: u64 = u64::MAX;
 
 impl Ga {
@@ -175,7 +175,7 @@ impl Optimizer for Ga {
         let asked = std::mem::take(&mut self.asked);
         let told = asked.into_iter().zip(merits).map(|(point, &merit)| Member { point, merit });
         self.population.extend(told);
-        // Stable: among equals the older one stays ahead, whatever the sort.
+        // Stable: of equals, the older one stays ahead.
         self.population.sort_by(|a, b| a.merit.order(&b.merit));
         let first = &self.population[0];
         if self.best.as_ref().is_none_or(|best| first.merit.beats(&best.merit)) {

@@ -14,20 +14,18 @@ pub struct LshadeSettings {
     pub first_population: usize,
     /// Members of the last generation; at least 4, because a mutant needs four different points.
     pub last_population: usize,
-    /// Evaluations over which the population shrinks, and after which the run is finished.
+    /// Number of evaluations over which the population shrinks, and after which the run ends.
     pub evaluations: u64,
     /// Slots of the memory of successful settings (H).
     pub memory: usize,
     /// Replaced parents that are remembered, per member of the population.
     pub archive_rate: f64,
-    /// Share of the population that counts as its best (p), at the first and at the last evaluation; linear between them, as in
-    /// jSO (J. Brest, M. S. Maučec and B. Bošković, "Single objective real-parameter optimization: algorithm jSO", IEEE CEC 2017,
-    /// pp. 1311-1318).
+    /// Share of the population that counts as its best (p), at the first and at the last evaluation; linear between them, as in jSO (J.
+    /// Brest, M. S. Maučec and B. Bošković, "Single objective real-parameter optimization: algorithm jSO", IEEE CEC 2017, pp. 1311-1318).
     pub best_share: [f64; 2],
-    /// The run is finished early once all members are feasible and their values differ by no more than this share of the best;
-    /// 0: never.
+    /// The run ends early once all members are feasible and their values differ by no more than this share of the best; 0: never.
     pub tolerance: f64,
-    /// The tolerance is a share of this where the best value is smaller, such as 0.
+    /// The tolerance is a share of this if the best value is smaller, such as 0.
     pub floor: f64,
 }
 
@@ -71,7 +69,7 @@ pub struct Lshade {
     archive: Vec<Vec<f64>>,
     /// Successful scale factors F; a ring.
     scales: Vec<f64>,
-    /// Successful crossover rates CR; `None` is the paper's terminal value: stays, and means 0.
+    /// Successful crossover rates CR; `None` is the paper's terminal value, which is kept and means 0.
     crossovers: Vec<Option<f64>>,
     slot: usize,
     trials: Vec<Trial>,
@@ -180,7 +178,7 @@ impl Lshade {
         Trial { point, scale, crossover }
     }
 
-    /// Children replace parents that they are not worse than; settings of those that are better are remembered.
+    /// Children replace parents that are not better; settings of children that are better are remembered.
     fn select(&mut self, trials: Vec<Trial>, merits: &[Merit]) {
         // (scale, crossover, gain); no gain where a value is missing on one side.
         let mut successes: Vec<(f64, f64, Option<f64>)> = Vec::new();
@@ -204,7 +202,7 @@ impl Lshade {
         self.remember(&successes);
     }
 
-    /// Weighted Lehmer means into the next slot; a success without a gain weighs as much as the mean gain.
+    /// Weighted Lehmer means into the next slot; a success without a gain has the weight of the mean gain.
     fn remember(&mut self, successes: &[(f64, f64, Option<f64>)]) {
         if successes.is_empty() {
             return;
@@ -271,7 +269,7 @@ impl Optimizer for Lshade {
         } else {
             self.select(trials, merits);
         }
-        // Stable: among equals the order stays, whatever the sort.
+        // Stable: equals keep their order.
         self.population.sort_by(|a, b| a.merit.order(&b.merit));
         keep_best(&mut self.best, &self.population[0]);
         self.reduce();

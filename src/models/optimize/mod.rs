@@ -14,7 +14,7 @@ pub use stream::{Origin, normal, stream};
 
 use std::cmp::Ordering;
 
-/// Quality of a candidate. Feasible ones come first, by value; infeasible ones by the time that they survived.
+/// Quality of a candidate. Feasible ones come first, by value; infeasible ones follow, by the time that they survived.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Merit {
     /// Value of the objective; lower is better. One that is not finite is worse than every one that is.
@@ -31,7 +31,7 @@ impl Merit {
     #[must_use]
     pub fn order(&self, other: &Merit) -> Ordering {
         match (self, other) {
-            // Finite ones first: in the total order NaN with the sign bit set, and -inf, come before all numbers.
+            // Finite ones first: in the total order, NaN with the sign bit set and -inf come before all numbers.
             (Merit::Feasible(a), Merit::Feasible(b)) => b.is_finite().cmp(&a.is_finite()).then(a.total_cmp(b)),
             (Merit::Feasible(_), Merit::Infeasible { .. }) => Ordering::Less,
             (Merit::Infeasible { .. }, Merit::Feasible(_)) => Ordering::Greater,
@@ -64,11 +64,11 @@ impl SearchBox {
 
     /// The point a fraction 0..1 of the way along dimension `i`.
     pub(crate) fn along(&self, i: usize, fraction: f64) -> f64 {
-        // The second: lower + 1 * (upper - lower) may round to beyond upper.
+        // The upper bound itself, because lower + 1 * (upper - lower) may round to beyond it.
         (self.lower[i] + fraction * (self.upper[i] - self.lower[i])).min(self.upper[i])
     }
 
-    /// Where a point lies, as fractions 0..1 of the way along each dimension.
+    /// Position of a point, as fractions 0..1 along each dimension.
     fn fractions(&self, point: &[f64]) -> Vec<f64> {
         let bounds = self.lower.iter().zip(&self.upper);
         point.iter().zip(bounds).map(|(x, (lower, upper))| (x - lower) / (upper - lower)).collect()
@@ -84,23 +84,23 @@ pub struct Member {
     pub merit: Merit,
 }
 
-/// Asks for whole generations: `ask`, evaluate, `tell`, and again.
+/// Requests whole generations: `ask`, evaluate, `tell`, and again.
 pub trait Optimizer {
     /// The candidates of the next generation that need a merit.
     fn ask(&mut self) -> Vec<Vec<f64>>;
-    /// Their merits, in the order asked.
+    /// Their merits, in the requested order.
     ///
     /// # Panics
     /// If there is not one merit per candidate asked for.
     fn tell(&mut self, merits: &[Merit]);
     /// The best candidate so far; `None` before the first `tell`.
     fn best(&self) -> Option<&Member>;
-    /// A candidate whose merit beats the best one's but is less exact, of a search without a feasible exact merit so far: a caller that ends
-    /// the run now should determine which of the two is better.
+    /// A candidate with a better but less exact merit than the best one, in a search without a feasible exact merit so far: a caller that
+    /// ends the run now should determine which of the two is better.
     fn rival(&self) -> Option<&Member> {
         None
     }
-    /// Why it asks for no more; `None` while it continues, as those without an end of their own always do.
+    /// Why it requests no more; `None` while it continues, as optimisers without a stopping rule always do.
     fn ended(&self) -> Option<Ended> {
         None
     }

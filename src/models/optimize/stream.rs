@@ -14,18 +14,18 @@ pub fn stream(seed: u64, replicate: u64, generation: u64, candidate: u64) -> Cha
     ChaCha8Rng::from_seed(key)
 }
 
-/// Where the random numbers of a run come from: a seed, a replicate, and the generation that comes next.
+/// Source of the random numbers of a run: a seed, a replicate, and the next generation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Origin {
     /// Seed of all random numbers.
     pub seed: u64,
     /// The replicate.
     pub replicate: u64,
-    /// The generation; a run that follows another one counts on from it, so that no stream is used twice.
+    /// The generation; a run that follows another one continues its count, so that no stream is used twice.
     pub generation: u64,
 }
 
-/// Candidate number of the draws that belong to a generation as a whole; candidates count from 0.
+/// Candidate number of the draws for a whole generation; candidates count from 0.
 const WHOLE: u64 = u64::MAX;
 
 impl Origin {
@@ -40,7 +40,7 @@ impl Origin {
         stream(self.seed, self.replicate, self.generation, candidate as u64)
     }
 
-    /// The stream of the draws that belong to the generation as a whole.
+    /// The stream of the draws for a whole generation.
     pub(super) fn whole(&self) -> ChaCha8Rng {
         stream(self.seed, self.replicate, self.generation, WHOLE)
     }

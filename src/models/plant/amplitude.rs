@@ -13,8 +13,8 @@ const HALVINGS: usize = 40;
 /// Strength that counts as the largest: a weaker effect is not followed further.
 const NEARLY_ALL: f64 = 0.999;
 
-/// The scenario with each effect of a follower (1 drives behind the platoon leader) made as strong as it takes to change that
-/// follower's speed by `rms` \[m/s\] (root mean square over the drive), each for itself, everything else at its truth.
+/// The scenario with each effect of a follower (1 drives behind the platoon leader) scaled so that it alone changes that follower's speed
+/// by `rms` \[m/s\] (root mean square over the drive), with everything else at its true value.
 ///
 /// # Errors
 /// [`PlantError::Weak`] if an effect cannot change this drive by that amount; otherwise as [`super::run`].
@@ -50,7 +50,7 @@ fn scale(quiet: &mut Scenario, ahead: &Ahead, effect: &Effect, rms: f64, plain: 
                 let squares: f64 = v.iter().zip(plain).map(|(a, b)| (a - b) * (a - b)).sum();
                 (squares / v.len() as f64).sqrt()
             }
-            // So strong that the platoon crashes, or a delay shorter than a step can be integrated with.
+            // So strong that the platoon crashes, or a delay that is shorter than a step of the integration.
             Err(PlantError::Collision { .. }) => f64::INFINITY,
             Err(PlantError::OutOfRange { .. }) => 0.0,
             Err(error) => return Err(error),

@@ -51,7 +51,7 @@ pub struct CarTruth {
     pub gusts: Option<Gusts>,
 }
 
-/// Random accelerations as of wind and road: first-order autoregression.
+/// Random accelerations, as from wind and road: first-order autoregression.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Gusts {
     /// Standard deviation \[m/s²\].

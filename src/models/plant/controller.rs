@@ -11,7 +11,7 @@ pub(super) struct Seen {
     pub(super) v: f64,
     /// Speed of the car ahead \[m/s\].
     pub(super) v_ahead: f64,
-    /// Own speed without delay \[m/s\]: the paper does not delay Eq. 4.
+    /// Own speed without delay \[m/s\]: the paper does not delay it in Eq. 4.
     pub(super) v_now: f64,
 }
 

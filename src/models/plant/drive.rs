@@ -15,7 +15,7 @@ const HOLD: f64 = -0.6;
 /// Set speed at which that brake is released \[m/s\]; a gradual release keeps the equations smooth.
 const RELEASED: f64 = 0.5;
 
-/// How long a car continues after the end \[s\], for effects that look ahead (time offset, smoothed acceleration).
+/// Time for which a car continues after the end \[s\], for effects that look ahead (time offset, smoothed acceleration).
 const MARGIN: f64 = 1.6;
 
 /// The motion of all cars, platoon leader first, over at least `steps` steps of length `h` \[s\] from standstill.

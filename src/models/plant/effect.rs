@@ -123,7 +123,7 @@ pub enum EffectError {
         /// The parameter.
         name: String,
     },
-    /// A parameter out of its range, or no number.
+    /// A parameter out of its range, or not a number.
     #[error("{name} of {effect}: expected {lower} to {upper}{}, found {found}", if *unit == "-" { String::new() } else { format!(" {unit}") })]
     Range {
         /// The effect.
@@ -193,7 +193,7 @@ impl Effect {
         &self.values[..self.kind.parameters().len()]
     }
 
-    /// The parameter of its begin, and the value \[s\]; none for a permanent effect.
+    /// The parameter of its start, and the value \[s\]; `None` for a permanent effect.
     #[must_use]
     pub fn begins(&self) -> Option<(&'static str, f64)> {
         let parameters = self.kind.parameters().iter().zip(&self.values);
@@ -201,8 +201,8 @@ impl Effect {
         beginnings.next().map(|(parameter, value)| (parameter.name, *value))
     }
 
-    /// The same effect, weaker or stronger: at 0 the first parameter has its neutral value, at 1 the bound on the side
-    /// of its present value. Of two that belong together (ta and tb, As and Ac), which have the same bounds, the larger is meant, and the
+    /// The same effect, weaker or stronger: at 0 the first parameter has its neutral value, at 1 the bound on the side of its present
+    /// value. For two that belong together (ta and tb, As and Ac), which have the same bounds, this applies to the larger one, and the
     /// other keeps its ratio to it.
     pub(super) fn at_strength(&self, strength: f64) -> Effect {
         let together = matches!(self.kind, EffectKind::AsymLag | EffectKind::Periodic);

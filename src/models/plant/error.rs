@@ -33,7 +33,7 @@ pub enum PlantError {
         /// Position in the platoon, 1 being the platoon leader.
         car: usize,
     },
-    /// An effect that begins when the drive is over.
+    /// An effect begins after the end of the drive.
     #[error(
         "{effect} of car {car} begins at {begins_s} s, and the drive ends at {duration_s} s; let it begin earlier, as in {effect}:{parameter}={}, or drive longer",
         (0.4 * duration_s).round()
@@ -50,7 +50,7 @@ pub enum PlantError {
         /// When the drive ends \[s\].
         duration_s: f64,
     },
-    /// An effect that changes this drive too little.
+    /// An effect changes this drive too little.
     #[error(
         "{effect} changes the speed of car {car} by {largest:.3} m/s at most on this drive, less than the requested {wanted} m/s; try another drive, car or effect"
     )]
@@ -61,7 +61,7 @@ pub enum PlantError {
         car: usize,
         /// Root mean square wanted \[m/s\].
         wanted: f64,
-        /// The largest that was reached \[m/s\].
+        /// The largest change that was reached \[m/s\].
         largest: f64,
     },
 }

@@ -168,7 +168,7 @@ impl<'a> Follower<'a> {
 impl Car<6> for Follower<'_> {
     fn begin(&mut self, t: f64, state: &[f64; 6], own: &History) -> Result<(), PlantError> {
         let gap = self.ahead.at(t).0 - self.length_ahead - state[X];
-        // NaN comes from parameters that make no sense together.
+        // NaN comes from parameters that are inconsistent.
         if gap <= 0.0 || gap.is_nan() {
             return Err(PlantError::Collision { car: self.number, t, gap });
         }

@@ -1,11 +1,11 @@
-//! An independent truth: a platoon integrated with a fine step, measured as a real one would be.
+//! An independent truth: a platoon integrated with a fine step, and measured as a real one would be.
 //!
-//! A hilly closed road, a platoon leader on cruise control and followers with known parameters; whatever
-//! calibrates or diagnoses sees the samples only, and tests compare with the [`Truth`]. A follower may have
-//! [`Effect`]s that no base model knows, of a size that [`at_amplitude`] chooses by what they change.
+//! A hilly closed road, a platoon leader on cruise control and followers with known parameters. Calibrations and diagnoses see the samples
+//! only, and tests compare with the [`Truth`]. A follower may have [`Effect`]s that no base model has; [`at_amplitude`] chooses their size
+//! by the change that they make.
 //!
-//! This folder is a transcription of the paper's continuous-time models of its own. It shares no code with any
-//! evaluator and imports nothing of this crate, so that a mistake there cannot hide here.
+//! This folder is an independent transcription of the paper's continuous-time models. It shares no code with any evaluator and imports
+//! nothing of this crate, so that a mistake there cannot hide here.
 //!
 //! ```
 //! use leadlag_models::plant;

@@ -36,7 +36,7 @@ const WAVES: usize = 12;
 /// Points of the table: 5 m apart on a lap of 5.7 km.
 const POINTS: usize = 1141;
 
-/// Grade as the cars feel it: smooth, periodic, with mean 0, so that a lap ends at the height of its begin.
+/// Grade under the cars: smooth, periodic, with mean 0, so that a lap ends at the height of its start.
 #[derive(Debug)]
 pub(super) struct Hills {
     period: f64,
@@ -70,7 +70,7 @@ impl Hills {
     /// Sine of the grade at a position along the road.
     pub(super) fn sin_grade(&self, x: f64) -> f64 {
         let (sin_1, cos_1) = (std::f64::consts::TAU * (x / self.period).rem_euclid(1.0)).sin_cos();
-        // Every wave from the one before, by the sum of two angles: sines would take most of the time of a drive.
+        // Every wave from the previous one, by the sum of two angles: sines would take most of the time of a drive.
         let (mut sin, mut cos) = (0.0, 1.0);
         let mut sum = 0.0;
         for (sine, cosine) in &self.waves {

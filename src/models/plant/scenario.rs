@@ -23,7 +23,7 @@ use super::set_speed::Segment;
 /// | 5 | IDM | 0.2 s | 0.3 s | Eq. 11, an electric saloon of 2230 kg |
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Scenario {
-    /// Decides road, set speeds and noise, each from a stream of its own.
+    /// Seed of road, set speeds and noise, each from a separate stream.
     pub seed: u64,
     /// Length of the drive \[s\].
     pub duration_s: f64,
@@ -34,7 +34,7 @@ pub struct Scenario {
     pub dt: f64,
     /// The road.
     pub road: Road,
-    /// Decides the road instead of `seed`: drives with the same one use the same hills.
+    /// Seed of the road instead of `seed`: drives with the same one use the same hills.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub road_seed: Option<u64>,
     /// Noise of the sensors.
@@ -143,7 +143,7 @@ impl Scenario {
             in_range(&of("length"), car.length, 0.0, 30.0, "m")?;
             in_range(&of("initial gap"), car.initial_gap, 0.1, 1000.0, "m")?;
             in_range(&of("tau_a"), car.tau_a, 0.0, 10.0, "s")?;
-            // A delay within one step would ask for a motion that is not yet known.
+            // A delay within one step would need a motion that is not yet known.
             let tau_p = car.tau_p + Effects(&car.effects).size(EffectKind::PerceptionDelay);
             if tau_p != 0.0 {
                 in_range(&of("tau_p (unless it is 0)"), tau_p, h, 10.0, "s")?;

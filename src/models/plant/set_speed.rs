@@ -11,10 +11,10 @@ pub struct Segment {
     /// Begin \[s\].
     #[serde(rename = "time_s")]
     pub t: f64,
-    /// Set speed at the begin \[m/s\].
+    /// Set speed at the start \[m/s\].
     #[serde(rename = "speed_mps")]
     pub v: f64,
-    /// Its rate of change at the begin \[m/s²\].
+    /// Its rate of change at the start \[m/s²\].
     #[serde(rename = "accel_mps2")]
     pub a: f64,
     /// Jerk \[m/s³\].
@@ -38,7 +38,7 @@ pub(super) struct SetSpeed {
 }
 
 impl SetSpeed {
-    /// From standstill, in the manner of a profile; a recorded one has no set speeds.
+    /// From standstill, according to a profile; a recorded one has no set speeds.
     pub(super) fn new(profile: &Profile, duration: f64, stream: &mut Stream) -> SetSpeed {
         match profile {
             Profile::Cruise => SetSpeed::cruise(duration, stream),

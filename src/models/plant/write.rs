@@ -1,4 +1,4 @@
-//! Writing a synthetic drive in the layouts that users' files have.
+//! Writes a synthetic drive in the layouts of users' files.
 //!
 //! Digits as in the AstaZero files: speeds with 6 decimals, gaps and positions with 5.
 
@@ -15,7 +15,7 @@ pub fn write_openacc(drive: &Synthetic, mut to: impl Write) -> io::Result<()> {
     let names: Vec<&str> = std::iter::once(scenario.lead.name.as_str())
         .chain(scenario.followers.iter().map(|car| car.name.as_str()))
         .collect();
-    // A synthetic drive has no date; the line must be there.
+    // A synthetic drive has no date, but the line must exist.
     writeln!(to, "Date,1,1,2000")?;
     writeln!(to, "Vehicle_order,{}", names.join(","))?;
     writeln!(to, "Number_of_vehicles,{}", names.len())?;
@@ -44,7 +44,7 @@ pub fn write_openacc(drive: &Synthetic, mut to: impl Write) -> io::Result<()> {
 
 /// Writes one follower in the pair layout; follower 1 is the car right behind the platoon leader.
 ///
-/// The columns `lead2_*` are there from follower 2 on.
+/// The columns `lead2_*` exist from follower 2 on.
 ///
 /// # Errors
 /// Those of the writer; `InvalidInput` if the platoon has no such follower.

@@ -1,6 +1,6 @@
-//! The built-in causes once more, by hand in f64, to compare with shaders/extension/.
+//! The built-in causes, transcribed by hand in f64, to compare with shaders/extension/.
 //!
-//! One function per stage; each names its causes in the order in which they act. A law has a file of its own.
+//! One function per stage; each names its causes in the order in which they act. A law has a separate file.
 
 use super::law::{self, Law, Seen};
 use super::spacing;
@@ -290,8 +290,8 @@ fn within(since: f64, length: f64, dt: f64) -> f64 {
     (begun + left - dt).max(0.0) / dt
 }
 
-/// The answer y to a command that falls by `slope` (y - `before`) because of it: what remains of the command, rounded to a multiple of
-/// `step`. If no multiple is right, because either one would move the command to the other side, y leaves it between the two.
+/// The response y to a command that falls by `slope` (y - `before`) because of it: the remaining command, rounded to a multiple of `step`.
+/// If no multiple is consistent, because either one would move the command to the other side, y leaves it between the two.
 fn steps(command: f64, before: f64, step: f64, slope: f64) -> f64 {
     let x = (command + slope * before) / step + 0.5;
     let whole = (x / (1.0 + slope)).floor();
@@ -299,7 +299,7 @@ fn steps(command: f64, before: f64, step: f64, slope: f64) -> f64 {
     (whole + (rest - 1.0).max(0.0) / slope) * step
 }
 
-/// A signal at an index that need not be whole: linear between samples, held beyond the ends.
+/// A signal at a fractional index: linear between samples, constant beyond the ends.
 fn at(signal: &[f64], index: f64) -> f64 {
     let index = index.clamp(0.0, (signal.len() - 1) as f64);
     let k = (index.floor() as usize).min(signal.len() - 2);
@@ -338,7 +338,7 @@ fn equilibrium(variant: &Variant, p: &Parameters, v: f64) -> f64 {
     match variant.base.controller {
         Controller::Idm => (p.d_0 + p.t_h * v) / (1.0 - (v.max(0.0) / p.v_0).powf(p.delta)).max(0.01).sqrt(),
         Controller::Gipps => p.d_0 + (p.t_h + p.theta) * v + v * v * (1.0 / p.a_hat_min - 1.0 / p.a_min) / 2.0,
-        // Spacing that the policy asks for.
+        // The spacing of the policy.
         _ => spacing::pick(variant.base.spacing)(p, &Perceived { s: 0.0, v_f: v, v_l: v }),
     }
 }

@@ -1,6 +1,6 @@
-//! The oracle: a plain scalar f64 transcription of the paper, to be read beside it.
+//! The oracle: a plain scalar f64 transcription of the paper, for reading side by side.
 //!
-//! It mirrors `shaders/` file by file, shares no code with them, and every other evaluator is compared with it.
+//! It mirrors `shaders/` file by file and shares no code with them; every other evaluator is compared with it.
 
 mod constraint;
 mod controller;

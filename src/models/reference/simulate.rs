@@ -26,7 +26,7 @@ pub struct Trace {
 pub struct Run {
     /// First simulated sample; those before are measured.
     pub first: usize,
-    /// Why it ended early, if it did.
+    /// Why it ended early; `None` if it did not.
     pub failure: Option<Failure>,
     /// Perception delay in samples.
     pub delay_steps: f64,
@@ -58,7 +58,7 @@ pub fn disturbed(case: &Case, p: &Parameters, disturbance: &[f64], trace: &mut T
     let mut run = Run { first, failure: None, delay_steps, n_cut_acc: 0, n_cut_dec: 0 };
     start(case, p, first, trace);
     if variant.parameters().iter().any(|symbol| !p.get(*symbol).is_finite()) {
-        // Here and not at its spread: a minimum with NaN would hide it.
+        // Checked here and not at its spread, because a minimum would hide NaN.
         run.failure = Some(Failure { kind: FailureKind::NotFinite, step: first });
         return run;
     }
@@ -85,7 +85,7 @@ pub fn disturbed(case: &Case, p: &Parameters, disturbance: &[f64], trace: &mut T
             let a = vehicle_response(p, a_cmd, &ego, &road);
             let a = extended.as_mut().map_or(a, |e| e.response(a, here));
             if !a.is_finite() {
-                // Before any clamp: a maximum with NaN would hide it.
+                // Checked before any clamp, because a maximum would hide NaN.
                 run.failure = Some(Failure { kind: FailureKind::NotFinite, step: i });
                 break;
             }
@@ -93,7 +93,7 @@ pub fn disturbed(case: &Case, p: &Parameters, disturbance: &[f64], trace: &mut T
             run.n_cut_acc += u32::from(bounded < a);
             run.n_cut_dec += u32::from(bounded > a);
 
-            // Eq. 1; a car does not roll backwards, and the acceleration is the one it then had.
+            // Eq. 1; a car does not roll backwards, and its acceleration is then the one that stops it.
             let more = disturbance.get(i).copied().unwrap_or(0.0);
             let v_next = (v_f + (bounded + more) * case.dt).max(0.0);
             trace.v.push(v_next);
@@ -138,9 +138,9 @@ fn start(case: &Case, p: &Parameters, first: usize, trace: &mut Trace) {
     }
 }
 
-/// The signals at a sample index that need not be whole: linear between samples.
+/// The signals at a fractional sample index: linear between samples.
 fn perceive(case: &Case, trace: &Trace, at: f64) -> Perceived {
-    // Rounding may put the longest delay a hair before the first sample.
+    // Rounding may put the longest delay slightly before the first sample.
     let at = at.max(0.0);
     let k = at.floor();
     let fraction = at - k;

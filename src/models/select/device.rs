@@ -7,14 +7,14 @@ use crate::wgsl::Precision;
 
 pub use crate::gpu::is_switched_off;
 
-/// Properties of a device that decide the choice of the evaluator.
+/// Properties of a device that determine the evaluator.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Device {
     /// Its name by the driver.
     pub name: String,
     /// False for software.
     pub is_hardware: bool,
-    /// True for one with memory of its own.
+    /// True for one with separate memory.
     pub is_discrete: bool,
 }
 

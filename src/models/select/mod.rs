@@ -19,7 +19,7 @@ pub enum Kind {
     Lanes,
     /// Plain scalar f64 on the CPU.
     Reference,
-    /// The WGSL text on a GPU, lavapipe included; never the CPU evaluator instead.
+    /// The WGSL text on a GPU, including lavapipe; never the CPU evaluator instead.
     Gpu,
     /// A hardware GPU if there is one and the work is large enough for it, otherwise `lanes`.
     #[default]
@@ -64,12 +64,14 @@ pub struct Work {
     pub precision: LanesPrecision,
 }
 
-/// Candidates from which on a discrete GPU is taken. A generation takes it some 2 to 4 ms however small it is, because its steps follow one
-/// another. On an NVIDIA H200 beside 16 threads, IDM over 9,227 samples, the two are equal at some 500 candidates, and with 4,096 the GPU is
-/// three times as fast (`leadlag bench`, docs/PERFORMANCE.md). Independent of the number of threads, on which no result may depend.
+/// Number of candidates from which a discrete GPU is used. A generation of any size takes it at least 2 to 4 ms, because its steps follow
+/// one another. On an NVIDIA H200 beside 16 threads, IDM over 9,227 samples, the two are equal at some 500 candidates, and with 4,096 the
+/// GPU is three times as fast (`leadlag bench`, docs/PERFORMANCE.md). The number of threads has no influence, because results must not
+/// depend on it.
 const FOR_A_DISCRETE_GPU: usize = 2_000;
 
-/// The same for any other: one that shares memory and power with the CPU, or a part of one. An estimate: none has been measured.
+/// The same for any other GPU: one that shares memory and power with the CPU, or a part of one. This is an estimate; none has been
+/// measured.
 const FOR_ANOTHER_GPU: usize = 10_000;
 
 impl Selection {
@@ -86,8 +88,8 @@ impl Selection {
         }
     }
 
-    /// Makes the evaluator. Under `auto`, `lanes` replaces a device that fails later; `warn` receives the reason, then or now, and also if
-    /// an adapter that was requested by name is not used.
+    /// Makes the evaluator. Under `auto`, `lanes` replaces a device that fails later; `warn` receives the reason at the start or at the
+    /// failure, and also if an adapter that was requested by name is not used.
     ///
     /// # Errors
     /// When the evaluator cannot be made, or there is no adapter of the requested name.
@@ -141,13 +143,13 @@ impl Selection {
         is_named.then(|| device::find(&self.adapter)).transpose()
     }
 
-    /// Why `auto` takes no GPU; `None` if there is one in hardware, and work enough for it.
+    /// Why `auto` uses no GPU; `None` if there is a hardware GPU, and enough work for it.
     fn against_a_gpu(&self, precision: LanesPrecision, work: Work) -> Option<&'static str> {
         const SMALL: Option<&str> = Some("the work is too small for a GPU to be faster");
         if precision == LanesPrecision::F64 {
             return Some("this is computed in f64, on the CPU");
         }
-        // Before any driver is asked, which takes time.
+        // Before any query to a driver, which takes time.
         if work.candidates < FOR_A_DISCRETE_GPU {
             return SMALL;
         }

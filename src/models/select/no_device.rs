@@ -11,7 +11,7 @@ pub struct Device {
     pub name: String,
     /// False for software.
     pub is_hardware: bool,
-    /// True for one with memory of its own.
+    /// True for one with separate memory.
     pub is_discrete: bool,
 }
 

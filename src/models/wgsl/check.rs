@@ -87,14 +87,14 @@ impl Source {
 }
 
 fn at(source: &Source, place: Option<(usize, usize)>, message: String) -> ShaderError {
-    // The text pushed last is checked; those before it are the program's own.
+    // Checks the text pushed last; the earlier ones are the program's own.
     let (line_of_text, column) = place.unwrap_or((source.last_start(), 1));
     let (file, line, column) = source.written(line_of_text, column);
     let message = source.in_words(message);
     ShaderError { file: file.to_owned(), line, column, message, code: source.shown(line_of_text) }
 }
 
-/// Message about numbers of a type that some devices lack, and their place: naga knows types, but not their names' places.
+/// Message about numbers of a type that some devices lack, and their place: naga reports types without the places of their names.
 fn other_precision(source: &Source, message: &str) -> Option<((usize, usize), String)> {
     let named = message.split_once("Using `").and_then(|(_, rest)| rest.split_once("` values requires"));
     let (start, own) = source.last_text();

@@ -8,7 +8,7 @@ use crate::convention::Radicand;
 use crate::symbols::Symbol;
 use std::fmt::Write;
 
-/// Member of `Params` that a model with an observer has beside its parameters.
+/// Member of `Params` that a model with an observer has in addition to its parameters.
 pub const DECAY: &str = "observer_decay";
 
 macro_rules! texts {
@@ -42,7 +42,7 @@ pub enum Precision {
     /// One f32 per state; the default inside an optimiser.
     #[default]
     Plain,
-    /// Two f32 for spacing, speed and every sum: rounding errors are kept instead of adding up.
+    /// Two f32 for spacing, speed and every sum: rounding errors are kept and do not accumulate.
     Compensated,
 }
 
@@ -91,7 +91,7 @@ impl Source {
         Source::model_with(recipe, &|_, _| None)
     }
 
-    /// As [`Source::model`], but `replace` may put another text in the place of a file, given its path and its text.
+    /// As [`Source::model`], but `replace` may replace the text of a file, given its path and its text.
     #[must_use]
     pub fn model_with(recipe: &Recipe, replace: &dyn Fn(&str, &str) -> Option<String>) -> Source {
         let Recipe { variant, precision, radicand, observed } = recipe;
@@ -179,7 +179,7 @@ impl Source {
         self.text.push('\n');
     }
 
-    /// Appends an extension; its declarations are its own and hide nothing of the rest.
+    /// Appends an extension; its declarations hide nothing of the rest.
     pub(super) fn push_extension(&mut self, extension: &str, file: &str, text: &str) {
         // Comments of the whole file may be at the top of a text only.
         let (text, own) = Prefixed::of(extension, &text.replace("//!", "// "));
@@ -202,19 +202,19 @@ impl Source {
         self.chunks.last().and_then(|chunk| chunk.own.as_ref()).map_or("", |own| &own.prefix)
     }
 
-    /// The text of the chunk pushed last, and its begin.
+    /// The text of the chunk pushed last, and its start.
     pub(super) fn last_text(&self) -> (usize, &str) {
         let start = self.text.lines().take(self.last_start() - 1).map(|line| line.len() + 1).sum();
         (start, &self.text[start..])
     }
 
-    /// Where a member of a struct of the last chunk is declared, and the `///` lines above it. (naga counts comments, not members, and gives
-    /// a member without one those of the next.)
+    /// The declaration of a struct's member in the last chunk, and the `///` lines above it. (naga counts comments, not members, and gives
+    /// a member without a comment those of the next one.)
     pub(super) fn member(&self, of: &str, member: &str) -> Option<(naga::Span, String)> {
         let (start, text) = self.last_text();
         let mut tokens = tokens(text);
         while tokens.next()?.1 != "struct" || tokens.next()?.1 != of {}
-        // Where the token before ends; the comment stands between it and the member.
+        // End of the previous token; the comment is between it and the member.
         let mut before = 0;
         let at = tokens.take_while(|(_, token)| *token != "}").find_map(|(at, token)| {
             let is_member = token == member && text[..before].ends_with(['{', ',', ')']);
@@ -264,14 +264,14 @@ impl Source {
         (&chunk.name, line - chunk.first + 1)
     }
 
-    /// File, line and column as written of a place in the whole text.
+    /// File, line and column, as written, of a place in the whole text.
     pub(crate) fn written(&self, line: usize, column: usize) -> (&str, usize, usize) {
         let (file, number) = self.locate(line);
         let own = self.chunk(line).own.as_ref();
         (file, number, own.map_or(column, |own| own.written(number, column)))
     }
 
-    /// A message with the names of extensions as written.
+    /// A message with the original names of extensions.
     pub(crate) fn in_words(&self, message: String) -> String {
         let own = self.chunks.iter().filter_map(|chunk| chunk.own.as_ref());
         own.fold(message, |message, own| message.replace(&own.prefix, ""))

@@ -108,7 +108,7 @@ fn twice(key: &str) -> String {
     format!("`//! {key}`: expected once, found more than once; remove the others")
 }
 
-/// The word of a line that knows some only.
+/// The word of a line that allows only certain words.
 fn word<T: FromStr + VariantNames>(key: &str, value: &str) -> Result<T, String> {
     value.parse().map_err(|_| format!("`//! {key}:`: expected {}, found `{value}`", any_of(T::VARIANTS)))
 }

@@ -102,7 +102,7 @@ pub fn extension_named(name: &str) -> Option<&'static Extension> {
     named(library()).or_else(|| named(laws()))
 }
 
-/// Reads a user's extension or law; `file` is what messages call it, its name without folder and `.wgsl` is the extension's.
+/// Reads a user's extension or law; `file` is its name in messages, and the extension is named after it, without folder and `.wgsl`.
 ///
 /// # Errors
 /// [`ShaderError`] at the first forbidden construct.
@@ -221,7 +221,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Error if no function is a stage; at one that is probably meant to be.
+    /// Error if no function is a stage; it refers to a function that is probably meant as one.
     fn no_stage(&self) -> ShaderError {
         let stages = lint::stages_of(self.name);
         let message = format!("expected at least one of the functions {}, found none", stages.join(", "));
@@ -238,7 +238,7 @@ impl<'a> Reader<'a> {
         ShaderError { file, line: 1, column: 1, message: message.into(), code: String::new() }
     }
 
-    /// The written name of an own declaration.
+    /// The original name of an own declaration.
     fn own_name<'n>(&self, name: Option<&'n str>) -> Option<&'n str> {
         name?.strip_prefix(self.source.last_prefix())
     }
@@ -260,7 +260,7 @@ impl<'a> Reader<'a> {
         Err(self.source.error_at(span, message))
     }
 
-    /// It must end, and must not touch anything outside.
+    /// A function must end, and must not access anything outside.
     fn refuse_what_cannot_run(&self) -> Result<(), ShaderError> {
         let module = &self.checked.module;
         let foreign = |name: Option<&str>| self.own_name(name).is_some();
@@ -287,7 +287,7 @@ impl<'a> Reader<'a> {
         limits::refuse_large_functions(&self.source, &self.checked, &foreign)
     }
 
-    /// Which parameters there are depends on the model.
+    /// The available parameters depend on the model.
     fn refuse_new_params(&self, expressions: &Arena<Expression>) -> Result<(), ShaderError> {
         for (handle, expression) in expressions.iter() {
             if let Expression::ZeroValue(ty) | Expression::Compose { ty, .. } = expression

@@ -14,13 +14,13 @@ const DEPTH: usize = 100;
 /// Operators in a statement, members and elements among them. With 2000 the parser overflows a stack of 1 MB, the size for a main
 /// thread on Windows.
 const OPERATORS: usize = 500;
-/// Operators that a level of brackets counts as. It takes the parser as much stack as seven of them: 3.6 kB to 0.5 kB. So the
-/// most that may be in a statement, 99 levels and 104 operators, takes 410 of the 512 kB that are promised to be enough.
+/// Number of operators that a level of brackets counts as. It takes as much stack of the parser as seven of them: 3.6 kB to 0.5 kB. So the
+/// largest statement, 99 levels and 104 operators, takes 410 kB of the promised 512 kB.
 const LEVEL: usize = 4;
-/// Declarations in a text. The parser calls itself along a chain of them, and overflows the same stack with 1700 structs.
+/// Largest number of declarations in a text. The parser recurses along a chain of them, and overflows the same stack with 1700 structs.
 const DECLARATIONS: usize = 500;
-/// Instructions of all functions together, with calls inlined, and numbers in a struct: hundreds of times those of a
-/// built-in extension has.
+/// Largest number of instructions of all functions with calls inlined, and of numbers in a struct: hundreds of times those of a built-in
+/// extension.
 const INSTRUCTIONS: u64 = 20_000;
 
 /// Refuses texts that the parser must not see.
@@ -41,7 +41,7 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
     }
     // For each open bracket, the branches of `else` in the chain around it; the first entry stands for the whole file.
     let mut open = vec![0_usize];
-    // A `<` may open the arguments of a type, and then `>` closes them; only the parser knows which ones do.
+    // A `<` may open the arguments of a type, which `>` then closes; only the parser knows which ones do.
     let (mut operators, mut angles, mut deepest, mut declarations, mut before) = (0, 0, 0, 0, "");
     for (at, token) in tokens(text) {
         operators += usize::from(is_operator(token) || token == "[");
@@ -90,8 +90,8 @@ pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError
     }
 }
 
-/// The first struct with more numbers than there may be instructions: the parser goes through them one by one, however few lines they
-/// are written in.
+/// The first struct with more numbers than the allowed instructions: the parser processes them one by one, even if they are written in a
+/// few lines.
 fn wide_struct(text: &str) -> Option<(usize, &str)> {
     // Place and name of each struct and alias, and the types in it.
     let mut declared: Vec<(usize, &str, Vec<&str>)> = Vec::new();
@@ -122,7 +122,7 @@ fn width<'a>(name: &'a str, parts: &HashMap<&'a str, &[&'a str]>, known: &mut Ha
     if let Some(width) = known.get(name) {
         return *width;
     }
-    // Until it is known, for a struct that contains itself, which the parser refuses.
+    // Value for a struct that contains itself, which the parser refuses, until the number is known.
     known.insert(name, 1);
     let Some(inside) = parts.get(name) else { return 1 };
     let sum = inside.iter().fold(0_u64, |sum, part| sum.saturating_add(width(part, parts, known)));
@@ -130,7 +130,7 @@ fn width<'a>(name: &'a str, parts: &HashMap<&'a str, &[&'a str]>, known: &mut Ha
     sum
 }
 
-/// Words, numbers and signs of a text with their places, without comments; as naga takes it apart, but for details that do not matter
+/// Words, numbers and signs of a text with their places, without comments, as naga tokenises it, except for details that do not matter
 /// here.
 pub(super) fn tokens(text: &str) -> impl Iterator<Item = (usize, &str)> {
     let mut at = 0;
@@ -224,7 +224,7 @@ pub(super) fn refuse_large_functions(
                 size = size.saturating_add(inside);
                 depth = depth.max(blocks + 1 + below);
             }
-            // Every variable may have been changed, and is selected.
+            // Any variable may have changed, and is selected.
             Statement::If { .. } => size = size.saturating_add(locals),
             _ => {}
         });
@@ -253,7 +253,7 @@ pub(super) fn refuse_large_functions(
     Ok(())
 }
 
-/// Calls `each` with every statement, those in branches included, and the number of blocks around it beside `outside`.
+/// Calls `each` with every statement, including those in branches, and the number of blocks around it, plus `outside`.
 pub(super) fn visit(block: &Block, outside: usize, each: &mut dyn FnMut(&Statement, usize)) {
     for statement in block.iter() {
         each(statement, outside);

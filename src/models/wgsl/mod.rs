@@ -1,7 +1,7 @@
 //! The definition of every model part: WGSL texts, composed per variant and checked by naga.
 //!
-//! `compose` concatenates one file per folder of `shaders/`; `check` parses and validates the result and points into
-//! the file that a problem is in. The GPU runs the text; `lanes` runs naga's form of the same text on the CPU.
+//! `compose` concatenates one file per folder of `shaders/`; `check` parses and validates the result and reports the file with the problem.
+//! The GPU runs the text; `lanes` runs naga's form of the same text on the CPU.
 
 mod check;
 mod compose;

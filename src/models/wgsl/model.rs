@@ -10,7 +10,7 @@ use std::path::Path;
 /// Ending of a file with a law.
 const ENDING: &str = ".wgsl";
 
-/// A model that there is not.
+/// A model that does not exist.
 #[derive(Debug, thiserror::Error)]
 pub enum ModelError {
     /// No such variant.
@@ -39,7 +39,7 @@ pub enum ModelError {
     },
 }
 
-/// The file at the beginning of a model's name and the parts behind it: `my_law.wgsl` and `+delay`. `None` if it begins with no file.
+/// The file at the start of a model's name and the parts after it: `my_law.wgsl` and `+delay`. `None` if it does not begin with a file.
 #[must_use]
 pub fn law_file(model: &str) -> Option<(&str, &str)> {
     let model = model.trim();
@@ -48,7 +48,7 @@ pub fn law_file(model: &str) -> Option<(&str, &str)> {
     Some(model.split_at(end))
 }
 
-/// Reads a law; messages use `file`, and its name without folder and ending is the law's.
+/// Reads a law; messages use `file`, and the law is named after it, without folder and ending.
 ///
 /// # Errors
 /// [`ModelError::Shader`], and [`ModelError::NoLaw`] for an extension.
@@ -58,7 +58,7 @@ pub fn read_law(file: &str, text: &str) -> Result<&'static Extension, ModelError
     read.is_law().then_some(read).ok_or_else(no_law)
 }
 
-/// A law with parts behind it, such as `+delay+linear`.
+/// A law followed by parts, such as `+delay+linear`.
 ///
 /// # Errors
 /// [`UnknownVariant`].

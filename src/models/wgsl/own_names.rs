@@ -1,5 +1,5 @@
-//! Names of an extension's own: in the composed text each begins with the extension's name and `__`, which no other name there has.
-//! So an extension may declare any names, and uses the program's for the others.
+//! Names that an extension declares: in the composed text each begins with the extension's name and `__`, which no other name there has. So
+//! an extension may declare any names, and other names refer to those of the program.
 
 use super::limits::tokens;
 use crate::extension::Extension;
@@ -7,7 +7,7 @@ use crate::symbols::Symbol;
 use naga::keywords::wgsl::RESERVED;
 use std::collections::HashSet;
 
-/// Prefix of the names of an extension. No name of an extension has `__` in it or `_` at its end, so two of them never meet.
+/// Prefix of the names of an extension. No name of an extension contains `__` or ends in `_`, so names of two extensions never coincide.
 pub(super) fn prefix(extension: &str) -> String {
     format!("{extension}__")
 }
@@ -29,12 +29,12 @@ pub(crate) fn memory_of(extension: &Extension) -> String {
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub(super) struct Prefixed {
     pub(super) prefix: String,
-    /// Where the prefix stands: line from 0, and bytes from its beginning.
+    /// Positions of the prefix: line from 0, and bytes from its start.
     places: Vec<(usize, usize)>,
 }
 
 impl Prefixed {
-    /// The text of an extension with its own names prefixed, in lines as they were.
+    /// The text of an extension with its own names prefixed, in the original lines.
     pub(super) fn of(extension: &str, text: &str) -> (String, Prefixed) {
         let (prefix, declared) = (prefix(extension), declared(text));
         let mut prefixed = String::with_capacity(text.len() + 64);
@@ -77,7 +77,7 @@ impl Prefixed {
         written
     }
 
-    /// The column in the text as written, from 1, of one in that text; lines are the same.
+    /// The column of the original text, from 1, for one in that text; lines are the same.
     pub(super) fn written(&self, line: usize, column: usize) -> usize {
         let before = self.places.iter().filter(|(l, at)| l + 1 == line && at + 1 < column).count();
         column.saturating_sub(before * self.prefix.len()).max(1)

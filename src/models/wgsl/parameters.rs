@@ -30,7 +30,7 @@ pub(super) enum Declared {
 }
 
 impl Reader<'_> {
-    /// How a diagnosis searches for the cause: by the line of the file, or by its parameters.
+    /// The search method for the cause: by the line of the file, or by its parameters.
     pub(super) fn traits(&self, head: &doc::Head, parameters: &[Declared]) -> Result<(SearchKind, Scale), ShaderError> {
         let own = parameters.iter().filter_map(|declared| match declared {
             Declared::Own(row) => Some(row),

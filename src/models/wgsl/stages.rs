@@ -8,7 +8,7 @@ use crate::symbols::Symbol;
 use std::fmt::Write;
 use strum::VariantArray;
 
-/// Within this spacing \[m\] an equilibrium is searched: further than any sensor sees.
+/// Largest spacing \[m\] at which an equilibrium is searched: beyond the range of any sensor.
 const EQUILIBRIUM_REACH_M: f32 = 300.0;
 /// Number of halvings of the interval: to 0.02 mm.
 const HALVINGS: usize = 24;
@@ -70,7 +70,7 @@ pub(super) fn text(recipe: &Recipe) -> String {
 fn stage_text(stage: Stage, extensions: &[&'static Extension]) -> String {
     let (kind, handed) = (value_type(stage), handed_on(stage));
     let mut text = format!("struct {handed} {{\n    value: {kind},\n    memory: Memory,\n}}\n");
-    // At the first two stages the value has a place in the list of arguments already.
+    // In the first two stages, the value is already in the list of arguments.
     let (seen, last) = match stage {
         Stage::Policy => ("x: Perceived", ""),
         Stage::Perception => ("x: Perceived", ""),
@@ -166,7 +166,7 @@ fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String
             (format!("{done}.{value}"), format!("    after.{} = {done}.{state};\n", memory_of(extension)))
         }
     };
-    // Opaque, because otherwise Mesa reorders terms of one extension and of the stage after it.
+    // Opaque, because Mesa would reorder terms of one extension and of the next stage.
     let seen = match function.stage {
         Stage::Policy => value,
         Stage::Perception => format!("Perceived({opaque}({value}.s), {opaque}({value}.v_f), {opaque}({value}.v_l))"),

@@ -9,7 +9,7 @@ use crate::symbols::Symbol;
 use crate::wgsl::{laws, library};
 use std::fmt::{Result, Write};
 
-/// Models shown: the best ones.
+/// Number of models shown, the best ones.
 const SHOWN: usize = 5;
 
 /// The models of the race that gain most.
@@ -31,10 +31,10 @@ pub(super) fn race(text: &mut String, race: &ClosedLoopEntry) -> Result {
     Ok(())
 }
 
-/// The mark of a parameter on a bound.
+/// Mark of a parameter on a bound.
 pub(in crate::internal::report) const AT_BOUND: &str = "at its bound";
-/// What follows from units that contradict each other.
-pub(in crate::internal::report) const MEND_FIRST: &str = "Correct this first; until then no size below is reliable";
+/// The consequence of units that contradict each other.
+pub(in crate::internal::report) const MEND_FIRST: &str = "Correct this first; until then, no size below is reliable";
 
 /// Parameters with their intervals; those at a bound are marked.
 pub(super) fn parameters<'a>(text: &mut String, parameters: impl IntoIterator<Item = &'a ParameterEntry>) -> Result {
@@ -47,7 +47,7 @@ pub(super) fn parameters<'a>(text: &mut String, parameters: impl IntoIterator<It
     Ok(())
 }
 
-/// What a parameter of a model, a built-in law or a built-in cause means; nothing of a user's own one.
+/// Meaning of a parameter of a model, a built-in law or a built-in cause; empty for a user's own.
 pub(in crate::internal::report) fn meaning(parameter: &str) -> &'static str {
     let mut built_in = library().iter().chain(laws()).flat_map(|extension| extension.own_parameters());
     let own = || built_in.find(|symbol| symbol.name() == parameter);
@@ -58,7 +58,7 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
     let title = match outcome.verdict {
         Verdict::Named => "NAMED",
         Verdict::Ambiguous => "AMBIGUOUS: these data do not distinguish the causes below",
-        Verdict::Nothing => "NOTHING: these drives show no error of the model",
+        Verdict::Nothing => "NOTHING: these drives show no missing cause",
         Verdict::NotTestable => "NOT TESTABLE with these data",
         Verdict::Unexplained => "UNEXPLAINED: the model errs, and no built-in cause explains why",
         Verdict::BadBase => "NO VERDICT: the base model does not fit",
@@ -87,7 +87,7 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
         text.push_str(&wrapped(
             0,
             2,
-            &format!("Not testable here, because the calibration absorbs it: {}", absorbed.join(", ")),
+            &format!("Not testable here, because a calibration absorbs them: {}", absorbed.join(", ")),
         ));
     }
     if !outcome.not_tried.is_empty() {
@@ -102,12 +102,12 @@ pub(super) fn not_tried(outcome: &Outcome) -> String {
     all.join(", ")
 }
 
-/// What to do where the car follows the law of another base.
+/// The next command if the car follows the law of another base.
 pub(in crate::internal::report) fn next(base: &str) -> String {
     format!("Next: the same command with --base {base}")
 }
 
-/// A cause with its sizes, on a line.
+/// A cause with its sizes, on one line.
 fn sized(cause: &CauseEntry) -> String {
     let sizes: Vec<String> = cause.parameters.iter().map(parameter).collect();
     if sizes.is_empty() { cause.name.clone() } else { format!("{} ({})", cause.name, sizes.join(", ")) }

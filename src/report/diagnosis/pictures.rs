@@ -1,4 +1,4 @@
-//! Pictures of a diagnosis: the missing acceleration against what it may depend on, and the models of the race.
+//! Figures of a diagnosis: the missing acceleration against signals, and the models of the race.
 
 use crate::diagnose::describe::missing::{Class, Profile, Profiles};
 use crate::report::figure::{Anchor, Figure, INK, PALE, PALETTE};
@@ -13,7 +13,7 @@ const PANEL: [f64; 2] = [460.0, 250.0];
 const LEFT: f64 = 62.0;
 const BELOW: f64 = 46.0;
 
-/// The missing acceleration of the base model, and of the extended one where there is one, with 95 % bars.
+/// The missing acceleration of the base model, and of the extended one if there is one, with 95 % bars.
 #[must_use]
 pub fn missing(title: &str, base: &Profiles, extended: Option<&Profiles>) -> String {
     let count = base.profiles.len();
@@ -63,7 +63,7 @@ fn panel(figure: &mut Figure, corner: [f64; 2], profile: &Profile, other: Option
     figure.upright([corner[0] + 14.0, 0.5 * (top + bottom)], 12.0, "d [m/s²]");
     for (own, colour) in both() {
         let points: Vec<[f64; 2]> = own.classes.iter().map(|c| [x(c.at), y(c.mean)]).collect();
-        // Where a class between two has no data, nothing is known of the way from one to the other.
+        // Two classes with an empty class between them are not joined by a line.
         let adjoin = |a: &Class, b: &Class| a.number.zip(b.number).is_none_or(|(a, b)| a + 1 == b);
         let mut from = 0;
         for stretch in own.classes.chunk_by(adjoin) {
@@ -89,15 +89,15 @@ fn ticks([low, high]: [f64; 2]) -> Vec<f64> {
     (first..=last).map(|k| k as f64 * step).collect()
 }
 
-/// Without the digits that binary fractions leave behind.
+/// Drops the digits of binary rounding.
 fn number(value: f64) -> String {
     let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
     // Adding 0 turns -0 into 0.
     (rounded + 0.0).to_string()
 }
 
-/// The models of the race that gain most: at each horizon the share by which the error on unseen data falls, with its 95 % interval. Filled:
-/// as good as the best.
+/// The models of the race that gain most: the share by which the error on unseen data falls at each horizon, with its 95 % interval.
+/// Filled: as good as the best.
 #[must_use]
 pub fn race(title: &str, race: &ClosedLoopEntry) -> String {
     const SHOWN: usize = 12;
@@ -111,7 +111,7 @@ pub fn race(title: &str, race: &ClosedLoopEntry) -> String {
     trials.truncate(SHOWN);
     let horizons = trials.first().map_or(0, |trial| trial.horizons.len());
     let bottom = TOP + ROW * trials.len() as f64;
-    let line = "error on data left out of the fits, corrected towards the measurement within so long: by how much it falls, with 95 % intervals";
+    let line = "reduction of the error on unseen data, corrected towards the measurement within the given time, with 95 % intervals";
     let width = NAMES + (WIDTH + APART) * horizons as f64;
     let mut figure = Figure::new(width, bottom + BELOW, title, &[line]);
     figure.legend([16.0, 70.0], &[("as good as the best", PALETTE[0]), ("worse", PALETTE[5])]);

@@ -1,4 +1,4 @@
-//! What a diagnosis comes to, in words that a driver understands.
+//! The conclusion of a diagnosis, in plain words.
 
 use super::causes::{next, not_tried};
 use crate::diagnose::Verdict;
@@ -11,14 +11,14 @@ fn base(outcome: &Outcome) -> &str {
     outcome.base.as_ref().map_or("the base", |base| base.variant.as_str())
 }
 
-/// What the members of a family have in common, in words.
+/// The common effect of the members of a family, in words.
 const FAMILIES: [(&str, &str); 3] = [
     ("phase", "the car answers late"),
     ("anticipation", "the car uses more information from ahead than spacing and speeds"),
     ("drag_or_headway", "the spacing grows with the square of the speed, or the car does not compensate for air drag"),
 ];
 
-/// What is missing, in one sentence.
+/// The missing effect, in one sentence.
 fn verdict(outcome: &Outcome) -> String {
     let base = base(outcome);
     let one =
@@ -28,7 +28,7 @@ fn verdict(outcome: &Outcome) -> String {
         let mut rivals = outcome.rivals(cause).peekable();
         words.filter(|_| rivals.peek().is_some() && rivals.all(|rival| rival.family == cause.family))
     };
-    // A family is something that the car does; its members are ways to say how.
+    // A family describes an effect on the car; its members are possible mechanisms.
     let families: Vec<String> = outcome
         .causes
         .iter()
@@ -63,35 +63,35 @@ fn verdict(outcome: &Outcome) -> String {
             } else {
                 format!(" Not tried: {}.", not_tried(outcome))
             };
-            format!("No cause that {base} lacks was found.{}{untried}", unexplained(outcome))
+            format!("No cause was found that {base} lacks.{}{untried}", unexplained(outcome))
         }
-        Verdict::NotTestable => format!("These data cannot tell what {base} lacks."),
+        Verdict::NotTestable => format!("These data do not show what {base} lacks."),
         Verdict::Unexplained => format!("{base} errs, and no built-in cause explains why."),
         Verdict::BadBase => format!("{base} does not fit these drives, so no cause can be identified."),
     }
 }
 
-/// What the base leaves, and for how long at a time.
+/// The unexplained acceleration of the base, and its duration.
 fn unexplained(outcome: &Outcome) -> String {
     let left = outcome.base.as_ref().filter(|base| base.sigma_d_mps2 >= LEAST_UNEXPLAINED);
     left.map_or(String::new(), |base| {
         format!(
-            " It leaves an acceleration of {:.2} m/s² unexplained, {:.0} s at a time.",
+            " An acceleration of {:.2} m/s² with a time constant of {:.0} s remains unexplained.",
             base.sigma_d_mps2, base.tau_d_s
         )
     })
 }
 
-/// The smallest acceleration that is worth a word \[m/s²\]: what is written as 0.01.
+/// Smallest acceleration worth reporting \[m/s²\]: it is printed as 0.01.
 const LEAST_UNEXPLAINED: f64 = 0.005;
 
-/// With a capital letter first.
+/// The text with a capital first letter.
 pub fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }
 
-/// A cause in words: its name, what it does, its sizes.
+/// A cause in words: its name, effect and sizes.
 fn in_words(name: &str, meaning: &str, parameters: &[ParameterEntry]) -> String {
     let sizes: Vec<String> = parameters.iter().map(parameter).collect();
     let what = [meaning.trim_end_matches('.').to_owned(), sizes.join(", ")]
@@ -101,12 +101,12 @@ fn in_words(name: &str, meaning: &str, parameters: &[ParameterEntry]) -> String 
     if what.is_empty() { name.to_owned() } else { format!("{name} ({})", what.join("; ")) }
 }
 
-/// What a diagnosis comes to.
+/// The conclusion of a diagnosis.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Short {
-    /// What has to be known of the data first, the verdict, and whether whole drives confirm it.
+    /// A warning about the data, the verdict, and whether whole drives confirm it.
     pub answer: Vec<String>,
-    /// What follows from it.
+    /// The consequences of the verdict.
     pub more: Vec<String>,
 }
 
@@ -117,7 +117,7 @@ impl Short {
     }
 }
 
-/// The conclusion, as the terminal and the page tell it.
+/// The conclusion for the terminal and the page.
 #[must_use]
 pub fn in_short(outcome: &Outcome) -> Short {
     let mut answer: Vec<String> = outcome.data_first().map(|first| format!("{first}.")).into_iter().collect();
@@ -138,19 +138,22 @@ fn is_named(outcome: &Outcome) -> bool {
     matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous)
 }
 
-/// More driving than so many times what was given is no advice.
+/// Largest multiple of the given driving time that is still useful advice.
 const MOST_MORE: f64 = 10.0;
 
-/// The gain that the drives could have shown, and how much driving would tell more.
+/// The gain that the drives could have shown, and the driving time that would decide.
 fn power(power: &Power, given: f64) -> String {
     let more = power.minutes.filter(|minutes| *minutes <= MOST_MORE * given);
     let more = more.map_or(String::new(), |minutes| {
         format!(" About {minutes:.0} more minutes of such driving would decide on {}.", power.causes.join(" with "))
     });
-    format!("A gain of {:.0} % at 15 s would have been found with a probability of 80 %.{more}", 100.0 * power.gain)
+    format!(
+        "These drives would have shown a gain of {:.0} % at 15 s with a probability of 80 %.{more}",
+        100.0 * power.gain
+    )
 }
 
-/// Whether what is named is worth a calibration: whole drives decide that.
+/// Whether whole drives confirm the named causes, so that they are worth a calibration.
 fn whole_drives(outcome: &Outcome) -> Option<String> {
     let base = base(outcome);
     let is_named = is_named(outcome);
@@ -186,18 +189,18 @@ fn names(recommended: &Recommended) -> String {
     recommended.causes.iter().map(|cause| cause.name.as_str()).collect::<Vec<_>>().join(" and ")
 }
 
-/// True where all that is named happens at one time of one drive.
+/// True if all named causes happen at one time of one drive.
 fn once(outcome: &Outcome) -> bool {
     !outcome.causes.is_empty() && outcome.causes.iter().all(|cause| happens_once(&cause.name))
 }
 
-/// True for a cause that begins at a time of one drive; the race does not try these.
+/// True for a cause that begins at a time of one drive; the race does not try these causes.
 fn happens_once(cause: &str) -> bool {
     let own = library().iter().find(|extension| extension.name == cause);
     own.is_some_and(|extension| extension.parameters.iter().any(|symbol| symbol.is_time()))
 }
 
-/// What a named cause is worth on the data held back.
+/// The gain of a named cause on the held-back data.
 fn held_back(outcome: &Outcome) -> Option<String> {
     let gain = outcome.gain.as_ref()?;
     let (base, extended, [low, high]) = (gain.base?, gain.extended?, gain.interval?);
@@ -212,7 +215,7 @@ fn held_back(outcome: &Outcome) -> Option<String> {
         (false, _) => "",
     };
     Some(format!(
-        "On the data held back the error with it is {:.0} % {more} (95 %: {low:.0} to {high:.0} % smaller).{but}",
+        "On the held-back data, the error with it is {:.0} % {more} (95 %: {low:.0} to {high:.0} % smaller).{but}",
         change.abs()
     ))
 }
@@ -226,7 +229,7 @@ fn recommendation(base: &str, recommended: &Recommended) -> [String; 2] {
     [
         format!("Recommended: {base} with {}.", causes.join(" and ")),
         format!(
-            "With it the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]; better in {better} of {}.",
+            "With it, the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]; it is smaller on {better} of {} drives.",
             percent(gain.base - gain.extended),
             recommended.per_drive.len()
         ),

@@ -9,28 +9,28 @@ use crate::report::text::wrapped;
 use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome};
 use std::fmt::Write;
 
-/// Columns of a class's name.
+/// Width of the first column, in characters.
 const NAME: usize = 36;
 
-/// What the caller knows beside the result.
+/// Information of the caller besides the result.
 #[derive(Debug, Clone, Default)]
 pub struct Beside<'a> {
-    /// Window of every file to train on whose end is held back \[s\]; empty if files of their own are.
+    /// Training window of every file whose end is held back \[s\]; empty if separate files are held back.
     pub trained: &'a [[f64; 2]],
-    /// How to calibrate the extended model.
+    /// The command that calibrates the extended model.
     pub again: Option<Again>,
 }
 
-/// A command that goes on where a diagnosis ends.
+/// The next command after a diagnosis.
 #[derive(Debug, Clone, Default)]
 pub struct Again {
-    /// Its words; a flag and its value are one.
+    /// Its words; a flag and its value are one word.
     pub words: Vec<String>,
-    /// What it works on, such as `on the files that were trained on`.
+    /// Its data, such as `on the files that were trained on`.
     pub on: String,
 }
 
-/// Everything that a diagnosis has to say, in the order of its steps.
+/// The whole text of a diagnosis, in the order of its steps.
 #[must_use]
 pub fn diagnosis(outcome: &Outcome, beside: &Beside) -> String {
     let mut text = String::new();
@@ -95,7 +95,7 @@ fn heading(text: &mut String, title: &str) {
     text.push_str(&format!("\n{title}\n"));
 }
 
-/// What the data say about themselves; `trained` as in [`Beside`].
+/// The section on the data; `trained` as in [`Beside`].
 #[must_use]
 pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]]) -> String {
     let mut text = "1. Are the data sound?\n".to_owned();
@@ -159,7 +159,7 @@ fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
     causes::parameters(text, model.of_car())
 }
 
-/// The recommended model, or what the named causes make of the base, and how to go on with it.
+/// The recommended model, otherwise the base with the named causes, and the command that calibrates it.
 fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std::fmt::Result {
     let Some(extended) = outcome.extended.as_ref() else {
         text.push_str("No extension is recommended.\n");
@@ -177,12 +177,12 @@ fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std:
     Ok(())
 }
 
-/// Errors on all that the models were not fitted to.
+/// Errors on data that the models were not fitted to.
 fn held_back(text: &mut String, drives: &[HeldBackEntry]) -> std::fmt::Result {
     if drives.is_empty() {
         return Ok(());
     }
-    text.push_str("Errors where the fits left data out, root mean square:\n");
+    text.push_str("Root mean square errors on data left out of the fits:\n");
     writeln!(text, "{:<NAME$}{:>10} {:>10} {:>11}{:>9}", "", "spacing", "speed", "accel.", "NRMSE")?;
     let mut row = |name: &str, [s, v, a]: [f64; 3], nrmse: f64| {
         writeln!(text, "{name:<NAME$}{s:>8.3} m {v:>6.3} m/s {a:>6.3} m/s²{nrmse:>9.4}")
@@ -203,7 +203,7 @@ fn held_back(text: &mut String, drives: &[HeldBackEntry]) -> std::fmt::Result {
     Ok(())
 }
 
-/// At most so many letters, the last ones: files differ in their names more than in their folders.
+/// The last characters, at most `most`: paths differ in their file names more than in their folders.
 fn end(label: &str, most: usize) -> String {
     let letters: Vec<char> = label.chars().collect();
     if letters.len() <= most {
@@ -213,7 +213,7 @@ fn end(label: &str, most: usize) -> String {
     }
 }
 
-/// A command over lines that a shell takes as one, of at most 80 columns where its words allow.
+/// A command on lines of at most 80 columns, if its words allow that, which a shell reads as one.
 fn typed(words: &[String]) -> String {
     const WIDTH: usize = 78;
     let mut lines = vec![String::from(" ")];
@@ -228,7 +228,7 @@ fn typed(words: &[String]) -> String {
     lines.join(" \\\n") + "\n"
 }
 
-/// How large the errors are, and where most of that of the speed is.
+/// The size of the errors, and the regime with most of the speed error.
 fn errors(budget: &Budget) -> String {
     const SPEED: usize = 1;
     let [s, v, a] = budget.rms;
@@ -244,8 +244,9 @@ fn errors(budget: &Budget) -> String {
     format!("Root mean square errors: spacing {s:.3} m, speed {v:.3} m/s, acceleration {a:.3} m/s²{worst}.")
 }
 
-/// Mean chi-squared up to which a dependence may be chance: where there is none it is about 1, and a single difference of two classes
-/// exceeds 4, two standard errors, in one of twenty cases. More classes do so more rarely, which leaves room for errors that are estimates.
+/// Largest mean chi-squared that may be chance: it is about 1 without a dependence, and the difference of a single pair of classes exceeds
+/// 4, two standard errors, in one of twenty cases. With more classes the mean exceeds it more rarely; the margin allows for errors that are
+/// estimates.
 const CHANCE: f64 = 4.0;
 
 /// The missing acceleration in words.
@@ -256,12 +257,13 @@ fn acceleration(missing: &Profiles) -> String {
         .filter(|profile| profile.chi2 > CHANCE)
         .map(|profile| format!("{} ({:.0} %)", profile.name, 100.0 * profile.explained))
         .collect();
-    let on = if clear.is_empty() { "on nothing beyond chance".to_owned() } else { format!("on {}", clear.join(", ")) };
+    let on =
+        if clear.is_empty() { "on no signal beyond chance".to_owned() } else { format!("on {}", clear.join(", ")) };
     let repeats = missing.repeats_by_place.map_or(String::new(), |r| {
         format!(" It repeats at the same places of the road in other runs with correlation {r:.2}.")
     });
     format!(
-        "To keep to the measured car, the model lacks an acceleration of {} m/s² root mean square. It depends {on}.{repeats}",
+        "To follow the measured car, the model would need a further acceleration of {} m/s² root mean square. It depends {on}.{repeats}",
         small(missing.rms)
     )
 }
@@ -270,7 +272,7 @@ fn left(text: &mut String, outcome: &Outcome) {
     for left in &outcome.left_over {
         let kind = left.kind.replace('_', " ");
         let (size, place) = (small(left.size), &left.r#where);
-        // Here the words that follow say what the number is; elsewhere the kind does.
+        // For this kind, the text that follows gives the unit.
         let line = match left.kind.as_str() {
             "missing_acceleration" => format!("{kind}: {size} {place}"),
             _ => format!("{kind}: {place} ({size})"),

@@ -14,10 +14,10 @@ pub struct Distribution<'a> {
     pub spread: Option<Spread>,
 }
 
-/// Bars of a histogram, and cells on a side of a picture of two parameters.
+/// Number of bars of a histogram, and of cells on a side of a picture of two parameters.
 const BARS: usize = 40;
 const CELLS: usize = 20;
-/// Histograms in a row, and the size of one \[px\].
+/// Number of histograms in a row, and the size of one \[px\].
 const IN_A_ROW: usize = 3;
 const SIZE: [f64; 2] = [290.0, 170.0];
 const BASE: &str = "#9ec5e6";

@@ -15,7 +15,7 @@ const AROUND: [f64; 2] = [26.0, 30.0];
 /// Characters of a name that fit.
 const NAME: usize = 17;
 
-/// Estimates of one parameter, in the order of the drivers; their intervals, `None` if the drive does not determine the value.
+/// Estimates of one parameter, in the order of the drivers; an interval is `None` if the drive does not determine the value.
 pub struct Estimates<'a> {
     pub of: Distribution<'a>,
     pub ends: Vec<Option<[f64; 2]>>,

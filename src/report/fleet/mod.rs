@@ -37,9 +37,9 @@ pub struct FleetFile {
     pub optimizer: String,
     /// The seed.
     pub seed: u64,
-    /// Simulations of a search at most, if a number was asked for.
+    /// Largest number of simulations of a search, if requested.
     pub max_evaluations: Option<u64>,
-    /// Simulations of a search per parameter that is searched, else.
+    /// Number of simulations of a search per searched parameter, otherwise.
     pub evaluations_per_parameter: u64,
     /// Whether there are intervals.
     pub intervals: bool,

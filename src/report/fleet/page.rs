@@ -27,7 +27,7 @@ pub struct Shown {
     pub score: f64,
     /// The parameters in the order of the overview of the model.
     pub values: Vec<f64>,
-    /// The ends of their intervals, `None` where the drive does not determine them.
+    /// The ends of their intervals, `None` if the drive does not determine them.
     pub ends: Vec<Option<[f64; 2]>>,
 }
 
@@ -40,7 +40,7 @@ pub struct Fit {
     pub signals: [Vec<f64>; 5],
 }
 
-/// Up to this many drivers have a row each; of more the counts are drawn.
+/// Largest number of drivers that have a row each; for more, a histogram is drawn.
 const FEW: usize = 40;
 
 /// One HTML page; `twin` is the text of `fleet.json`, `made` the command that made it, if known.
@@ -54,7 +54,7 @@ pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str, made: Op
         drivers(&mut page, one, rows);
     }
     if let Some(note) = &file.note {
-        page.paragraph(&format!("What to mind: {note}."));
+        page.paragraph(&format!("Note: {note}."));
     }
     if file.overview.len() > 1 {
         compared(&mut page, file);
@@ -67,7 +67,7 @@ pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str, made: Op
     page.finish("Many drivers", &lead, twin, made)
 }
 
-/// The answer in a sentence or two.
+/// The result in a sentence or two.
 fn lead(file: &FleetFile, one: &Overview, models: usize) -> String {
     let mut facts = Vec::new();
     for parameter in &one.parameters {
@@ -81,7 +81,7 @@ fn lead(file: &FleetFile, one: &Overview, models: usize) -> String {
         told => format!(", one of {models} models. {}", told.trim_end_matches('.')),
     };
     format!(
-        "<p class=\"verdict\"><strong>{} of {} pairs calibrated with {}</strong>{}. The driver in the middle: {}.</p>",
+        "<p class=\"verdict\"><strong>{} of {} pairs calibrated with {}</strong>{}. The median driver: {}.</p>",
         one.calibrated,
         file.pairs,
         escape(&one.model),

@@ -117,7 +117,7 @@ fn two(value: f64) -> String {
     short(rounded)
 }
 
-/// Root mean square errors of all drives: of their samples together where these are at hand, as in the budget, else as scored.
+/// Root mean square errors of all drives: of their samples together if these are available, as in the budget, otherwise as scored.
 fn off(result: &ResultFile, errors: Option<&DriveErrors>) -> [Option<f64>; 3] {
     match errors.filter(|errors| errors.each.len() == result.data.len()) {
         Some(errors) => errors.all.rms.map(Some),

@@ -2,7 +2,7 @@
 
 use serde::Serialize;
 
-/// Stretches of which each keeps the extremes of every line.
+/// Number of stretches of which each keeps the extremes of every line.
 const STRETCHES: usize = 1200;
 
 /// Panels over one time axis, zoomed together.
@@ -14,7 +14,7 @@ pub struct Chart {
     pub x_label: String,
     /// Horizontal values, increasing.
     pub x: Vec<f64>,
-    /// True if values are drawn as points, too: those of classes, whose places a line alone does not show.
+    /// True if values are also drawn as points, for classes, whose positions a line alone does not show.
     #[serde(skip_serializing_if = "std::ops::Not::not")]
     pub points: bool,
     /// From the top down.
@@ -56,7 +56,7 @@ pub enum Role {
 }
 
 impl Line {
-    /// A line whose values that are not finite are gaps.
+    /// A line that leaves a gap at values that are not finite.
     #[must_use]
     pub fn new(name: &str, role: Role, values: &[f64]) -> Line {
         let values = values.iter().map(|v| v.is_finite().then_some(*v)).collect();

@@ -15,7 +15,7 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -
     let mut page = Page::default();
     let short = in_short(outcome);
     if !short.more.is_empty() {
-        page.section("summary", "What follows from it");
+        page.section("summary", "Consequences");
         short.more.iter().for_each(|sentence| page.paragraph(sentence));
     }
     data(&mut page, outcome);
@@ -36,14 +36,14 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -
     page.finish(&format!("Diagnosis of {base}"), &lead, &outcome.to_json(), made)
 }
 
-/// What the base model gets wrong, and where.
+/// The errors of the base model, and their breakdown.
 fn wrong(page: &mut Page, outcome: &Outcome, charts: Vec<Chart>) {
     page.section("wrong", "What is wrong, and where?");
     page.paragraph("Measured car, base model and extended model, each simulated freely behind the measured car ahead.");
     outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
     page.charts("Measured and simulated", "drive", charts);
     if let Some(shares) = &outcome.budget {
-        let of = if outcome.broken_off.is_empty() { "" } else { ", of the drives to whose end it comes" };
+        let of = if outcome.broken_off.is_empty() { "" } else { ", on the drives that it completes" };
         budget(page, shares, &format!("Error of the base model's free simulation{of}"));
     }
     if let Some(missing) = &outcome.missing {
@@ -105,8 +105,8 @@ fn causes(page: &mut Page, outcome: &Outcome) {
     }
     if !outcome.closed_loop.trials.is_empty() {
         page.paragraph(
-            "Each cause was put into the base model, both were fitted again without a part of the data, and judged on that part: with a \
-             correction towards the measurement within seconds, and free over whole drives.",
+            "Each cause was added to the base model. Both were fitted without a part of the data and judged on that part: corrected \
+             towards the measurement within seconds, and free over whole drives.",
         );
         page.picture("Models on unseen data", &pictures::race("Models on unseen data", &outcome.closed_loop));
         let row = |trial: &Trial| {
@@ -192,7 +192,7 @@ fn entries<'a>(page: &mut Page, caption: &str, causes: impl Iterator<Item = &'a 
         ]
     };
     let rows: Vec<Vec<String>> = causes.map(row).collect();
-    page.table(caption, &["cause", "meaning", "term", "parameters", "evidence of need", "family"], &rows);
+    page.table(caption, &["cause", "meaning", "term", "parameters", "evidence", "family"], &rows);
 }
 
 fn gain(page: &mut Page, outcome: &Outcome) {
@@ -222,7 +222,7 @@ fn gain(page: &mut Page, outcome: &Outcome) {
     if !rows.is_empty() {
         page.paragraph("Root mean square errors on data that the fits left out. A dash: the simulation ends early.");
     }
-    page.table("Errors where the fits left data out", &head, &rows);
+    page.table("Errors on data left out of the fits", &head, &rows);
 }
 
 /// Errors of both models where both reach the end of the held-back data, and crashes in any case.
@@ -253,7 +253,7 @@ fn left(page: &mut Page, outcome: &Outcome) {
 mod tests {
     use super::*;
 
-    /// Errors are compared only where both models reach the end; crashes matter most where one does not.
+    /// Errors are compared only if both models reach the end; crashes matter most if one does not.
     #[test]
     fn crashes_are_told_where_there_are_some() {
         let gain = Gain {

@@ -3,12 +3,12 @@
 use super::escape;
 use serde::{Deserialize, Serialize};
 
-/// Content of `run.json`: properties of the run, which are kept apart from the result for that reason.
+/// Content of `run.json`: properties of the run, which are therefore separate from the result.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct MadeBy {
     /// Version of the file.
     pub schema_version: u32,
-    /// The command as a shell takes it.
+    /// The command, quoted for a shell.
     pub command: String,
     /// Its warnings, in that order.
     pub warnings: Vec<String>,
@@ -24,7 +24,7 @@ impl MadeBy {
             return String::new();
         }
         let items: String = self.warnings.iter().map(|text| format!("<li>{}</li>", escape(text))).collect();
-        format!("<div class=\"verdict bad_base\"><strong>What the command warned of</strong><ul>{items}</ul></div>")
+        format!("<div class=\"verdict bad_base\"><strong>Warnings of the command</strong><ul>{items}</ul></div>")
     }
 
     /// The command, for its end.

@@ -1,7 +1,7 @@
 //! A result as one HTML file that needs nothing else: no network, no folder beside it.
 //!
-//! uPlot draws the charts (`assets/uplot`, MIT), embedded completely; everything that is not a time series is plain HTML or
-//! SVG, so a printer or a reader without scripts loses only the zoom.
+//! uPlot draws the charts (`assets/uplot`, MIT), embedded completely; everything else is plain HTML or SVG, so a printer or a reader
+//! without scripts loses only the zoom.
 
 mod budget;
 mod calibration;
@@ -23,7 +23,7 @@ const UPLOT_LICENCE: &str = include_str!("../../../assets/uplot/LICENSE");
 const REPORT_JS: &str = include_str!("../../../assets/report/report.js");
 const REPORT_CSS: &str = include_str!("../../../assets/report/report.css");
 
-/// Content security policy of a page: only its own content, nothing from elsewhere, whatever a result has in its texts.
+/// Content security policy of a page: only its own content, nothing from elsewhere, even if texts of a result contain addresses.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
                       form-action 'none'";
 
@@ -56,8 +56,8 @@ impl Page {
         self.raw(&format!("<p>{}</p>", escape(text)));
     }
 
-    /// Adds one chart, with choosers for its content: one of several (`of`, such as drives), and one of its signals. Nothing is added
-    /// without any.
+    /// Adds one chart, with choosers for its content: one of several (`of`, such as drives), and one of its signals. Adds nothing if there
+    /// are none.
     pub fn charts(&mut self, caption: &str, of: &str, charts: Vec<Chart>) {
         if charts.is_empty() {
             return;
@@ -75,7 +75,7 @@ impl Page {
         self.charts.extend(charts.into_iter().map(Chart::thinned));
     }
 
-    /// Adds a picture that is ready.
+    /// Adds a finished picture.
     pub fn picture(&mut self, title: &str, svg: &str) {
         let title = escape(title);
         // The picture has its own size and shrinks with the page, but stays readable: then it scrolls.

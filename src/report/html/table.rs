@@ -6,7 +6,7 @@ use std::fmt::Write;
 
 /// Tables with at least this many rows scroll separately.
 const LONG: usize = 14;
-/// Characters from which on a column is not squeezed on a narrow screen: rows would become as high as the screen.
+/// Number of characters from which a column is not squeezed on a narrow screen: rows would become as high as the screen.
 const SENTENCE: usize = 20;
 
 impl Page {

@@ -17,7 +17,7 @@ pub struct Provenance {
     pub program: String,
     /// The machine.
     pub machine: String,
-    /// The day they were written down, as `2026-11-23`.
+    /// The date of writing, such as `2026-11-23`.
     pub date: String,
 }
 
@@ -37,7 +37,7 @@ pub enum PageError {
     },
 }
 
-/// The page with the part between the lines [`BEGIN`] and [`END`]; nothing else of it is changed.
+/// The page with the part between the lines [`BEGIN`] and [`END`] replaced.
 ///
 /// # Errors
 /// A page without these two lines.
@@ -92,7 +92,7 @@ pub fn part(report: &DiagnosisReport, from: &Provenance, pictures: [&str; 2]) ->
     let [close, estimated] = report.close_estimates();
     let _ = writeln!(
         text,
-        "Where the effects are named right, all their parameters are within 10 % or three standard errors of the planted ones in {close} of {estimated} cases."
+        "Of the cases named right, {close} of {estimated} have all parameters within 10 % or three standard errors of the planted ones."
     );
     if let Some(Gains { median, most, cases }) = report.gains() {
         let _ = writeln!(

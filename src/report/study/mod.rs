@@ -74,8 +74,8 @@ pub fn page(study: &StudyFile, all: &[Outcomes], inventory: &Inventory, past: &P
     page::write(&Material::new(study, all, inventory.missing.len()), inventory, past)
 }
 
-/// The files of a report, by name. `all` are the outcomes of every goodness of fit, the first one for Tables 4 and 5;
-/// `missing` is the number of missing tasks.
+/// The files of a report, by name. `all` has the outcomes of every goodness of fit, the first one for Tables 4 and 5; `missing` is the
+/// number of missing tasks.
 ///
 /// # Panics
 /// Without outcomes.

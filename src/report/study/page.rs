@@ -53,7 +53,7 @@ fn score(own: &Outcomes, v: usize) -> Option<f64> {
     mean(&scores?)
 }
 
-/// Which variant has the lowest error on unseen trajectories, and which one fits its own best.
+/// The variant with the lowest error on unseen trajectories, and the one that fits its own best.
 pub(super) fn answer(own: &Outcomes, ranking: &Ranking) -> (String, String) {
     let scored = (0..own.variants.len()).filter_map(|v| Some((v, score(own, v)?)));
     let Some((best, lowest)) = scored.min_by(|a, b| a.1.total_cmp(&b.1)) else {

@@ -1,4 +1,4 @@
-//! `report.md`: the study, and where it agrees with the paper and where not, in plain words and numbers.
+//! `report.md`: the study, and its agreements with and differences from the paper, in plain words and numbers.
 
 use super::Material;
 use crate::statistics::spearman;

@@ -9,7 +9,7 @@ use super::{Panel, Style, SvgError, drawing};
 
 type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// Average width of a character in units of the font size: no font is at hand to measure, so a wide one.
+/// Average width of a character in units of the font size: a wide one, because no font is available to measure.
 const CHARACTER: f64 = 0.56;
 /// Smallest size of a title line \[px\]; longer text is cut.
 const SMALLEST: f64 = 9.0;
@@ -42,7 +42,7 @@ fn legend(area: &Area<'_>, panels: &[Panel]) -> Result<(), SvgError> {
     let middle_left = Pos::new(HPos::Left, VPos::Center);
     let mut x = VALUE_AXIS;
     for (name, style) in listed {
-        // Thicker than in the plot: a short line shows little colour.
+        // Thicker than in the plot, because a short line shows little colour.
         let mut sample = line(style);
         sample.stroke_width += 4;
         let ends = vec![(px(x), px(LEGEND)), (px(x + 26), px(LEGEND))];

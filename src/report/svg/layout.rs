@@ -22,7 +22,7 @@ pub(super) const TICK: i32 = 5;
 pub(super) const RIGHT: i32 = 24;
 /// Between panels \[px\].
 pub(super) const BETWEEN: i32 = 8;
-/// Drawing units per pixel: coordinates are whole numbers, lines need finer ones.
+/// Drawing units per pixel: coordinates are whole numbers, and lines need finer ones.
 pub(super) const SCALE: i32 = 4;
 
 /// Size of axis labels and legend \[px\].

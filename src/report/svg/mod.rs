@@ -107,7 +107,7 @@ pub fn render(title: &str, t: &[f64], panels: &[Panel]) -> Result<String, SvgErr
     Ok(at_screen_size(&svg))
 }
 
-/// The drawing library knows whole pixels only; the plot is drawn [`SCALE`] times as large and shown at its size.
+/// The drawing library uses whole pixels only; the plot is drawn [`SCALE`] times as large and shown at its size.
 fn at_screen_size(svg: &str) -> String {
     let large = format!("width=\"{}\" height=\"{}\"", px(WIDTH), px(HEIGHT));
     let small = format!("width=\"{WIDTH}\" height=\"{HEIGHT}\" stroke-linejoin=\"round\"");

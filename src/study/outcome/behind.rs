@@ -3,8 +3,8 @@
 use crate::identify::student;
 use crate::statistics::mean;
 
-/// Excess of the scores of a model over those of the model with the lowest, as a share: 0.04 is 4 %. Drives differ in their scores by
-/// factors, so the mean is over the logarithm of the ratio of two models.
+/// Excess of the scores of a model over those of the model with the lowest, as a share: 0.04 is 4 %. Scores of drives differ by factors, so
+/// the mean is over the logarithm of the ratio of two models.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Behind {
     /// The mean over the pairs.

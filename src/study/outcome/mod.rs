@@ -75,7 +75,7 @@ pub struct Outcomes {
 }
 
 impl Outcomes {
-    /// Everything of one goodness of fit that is there.
+    /// All available outcomes of one goodness of fit.
     #[must_use]
     pub fn gather(tasks: &[Task], inventory: &Inventory, gof: &str, laws: &[&'static Extension]) -> Outcomes {
         let (mut drives, mut variants): (Vec<DriveName>, Vec<Variant>) = (Vec::new(), Vec::new());
@@ -87,7 +87,7 @@ impl Outcomes {
             let drive = DriveName { platoon: task.platoon.clone(), follower: task.follower, vehicle };
             found.push((place(&mut variants, variant), place(&mut drives, drive), part));
         }
-        // In the order of the plan, whichever parts are there.
+        // In the order of the plan, whichever parts are present.
         let planned = |drive: &DriveName| {
             tasks.iter().position(|task| task.platoon == drive.platoon && task.follower == drive.follower)
         };

@@ -1,15 +1,15 @@
-//! The variants in order: by unseen trajectories, if they were validated on any. On its own trajectory the larger of two
-//! nested variants always fits better.
+//! The variants in order: by unseen trajectories, if they were validated on any. On its own trajectory the larger of two nested variants
+//! always fits better.
 
 use super::{Behind, Outcomes, Tried};
 use crate::statistics::{mean, median};
 
-/// Variants in order, of some trajectories.
+/// Variants in order, from some trajectories.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Ranking {
     /// True if it is by validation runs; else it is by the scores of the calibrations.
     pub unseen: bool,
-    /// The variants, the lowest error first; those without an error to rank by last.
+    /// The variants, the lowest error first; those without an error for the ranking last.
     pub order: Vec<usize>,
     /// By variant: excess of its errors in validation over those of the first.
     pub behind: Vec<Option<Behind>>,
@@ -18,7 +18,7 @@ pub struct Ranking {
 }
 
 impl Ranking {
-    /// Of the calibrations on the trajectories that are wanted.
+    /// For the calibrations on the selected trajectories.
     #[must_use]
     pub fn of(outcomes: &Outcomes, wanted: &dyn Fn(usize) -> bool) -> Ranking {
         let count = outcomes.variants.len();
@@ -62,7 +62,7 @@ fn error(tried: &Tried) -> Option<f64> {
     }
 }
 
-/// Excess of the errors of a variant over those of another one, over the validation runs that both end. Runs of the same calibration
+/// Excess of the errors of a variant over those of another one, over the validation runs that both complete. Runs of the same calibration
 /// depend on each other, so that a trajectory counts once.
 fn behind(outcomes: &Outcomes, drives: &[usize], variant: usize, other: usize) -> Option<Behind> {
     let of_drive = |&drive: &usize| {
@@ -85,7 +85,7 @@ mod tests {
         let drives = (0..6).map(|k| DriveName { platoon: format!("P{k}"), follower: 1, vehicle: "one".to_owned() });
         let drives: Vec<DriveName> = drives.collect();
         let cell = |v: usize, drive: usize| Cell {
-            // In its own sample the larger one is always better.
+            // On its own sample, the larger one is always better.
             score: Some(0.5 - 0.1 * v as f64),
             tried: unseen(v, drive).map(|error| Tried::Errors(Errors { values: [error; 4] })).into_iter().collect(),
             ..Cell::default()

@@ -14,7 +14,7 @@ use std::path::Path;
 const EXTEND: &str = "calibration.extend";
 pub(super) const VARIANTS: &str = "calibration.variants";
 
-/// An extension as the files of a study keep it, so that they need no other file.
+/// An extension as stored in the files of a study, which need no other file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct StoredExtension {
     /// As the plan gives it.
@@ -82,7 +82,7 @@ impl Reader<'_> {
         Ok(variant)
     }
 
-    /// Two laws of one study: their names distinguish them, and parameters of one name share a column.
+    /// Two laws of one study: their names distinguish them, and parameters of the same name share a column.
     fn go_together(law: &Extension, other: &Extension) -> Result<(), String> {
         if law.name == other.name {
             return Err(format!("there are two laws of the name {}; give one of the files another name", law.name));
@@ -112,7 +112,7 @@ impl Reader<'_> {
         Ok(())
     }
 
-    /// Refuses parameters whose column another value of the tables has.
+    /// Refuses parameters whose column belongs to another value of the tables.
     pub(super) fn have_own_columns(&self, laws: &[Extend], extend: &[Extend]) -> Result<(), PlanError> {
         let taken: Vec<String> = calibration_columns().collect();
         let columns = |all: &[Extend]| -> Vec<(Symbol, String)> {

@@ -364,8 +364,8 @@ impl Reader<'_> {
         Ok((kind, precision))
     }
 
-    /// Bounds of parameters that variants of the plan have.
-    /// A set by its name, or bounds by parameter, beside which `set` may name a set that they replace a part of.
+    /// Bounds of parameters that variants of the plan have: a set by its name, or bounds by parameter, where `set` may name a set that they
+    /// partly replace.
     fn bounds(&self, given: Option<&toml::Value>, variants: &[Variant]) -> Result<Overrides, PlanError> {
         match given {
             None => Ok(Overrides::new()),

@@ -33,7 +33,7 @@ fn calibrations_end_at_the_same_optimum() {
     let name = "calibrations_end_at_the_same_optimum";
     let Some(shared) = common::shared(name) else { return };
     let no_gpu = skipped(name);
-    // Threads of its own: the other test fills the common ones with long work.
+    // Separate threads, because the other test fills the common ones with long work.
     let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().expect("two threads");
     let follower = followers::all(&shared).remove(0).cut(SAMPLES);
     let wrong: Vec<String> =

@@ -1,9 +1,9 @@
 //! Scores of the f32 evaluators against the reference: all ninety variants on the twelve measured followers, random candidates
 //! within Table 3, the paper's convention.
 //!
-//! By default each variant runs on three followers in turn with 64 candidates each, on the GPU and in f64 lanes; with
-//! `LEADLAG_FULL` set on all twelve followers with 256 candidates each. Every run of the reference is restarted in f32 at one
-//! window of 50 samples, and whatever exceeds a limit, listed in `target/tmp/scores/*.csv`, at every window.
+//! By default each variant runs on three followers in turn with 64 candidates each, on the GPU and in f64 lanes; with `LEADLAG_FULL` set on
+//! all twelve followers with 256 candidates each. Every run of the reference is restarted in f32 at one window of 50 samples. Runs that
+//! exceed a limit, listed in `target/tmp/scores/*.csv`, are restarted at every window.
 
 mod calibrations;
 mod condition;
@@ -357,8 +357,8 @@ fn statuses(judged: &[Judged], followers: &[Follower], report: &mut Report, prob
     }
 }
 
-/// Candidates that end differently although f64 does not when their parameters change a little: these have to be chaotic, so that
-/// f64 in another order of rounding leaves the reference as well, and to pass the test of every window.
+/// Candidates that end differently in f32, but not in f64 with slightly changed parameters. They have to be chaotic, so that f64 in another
+/// order of rounding leaves the reference as well, and to pass the test of every window.
 fn far_from_boundary(
     differ: &[&Judged],
     distances: &[(f64, f64)],

@@ -1,4 +1,4 @@
-//! Short runs from the reference's own state: errors of f32 in a few steps, whatever follows in the run.
+//! Short runs from the reference's own state: errors of f32 in a few steps, independent of the rest of the run.
 
 use crate::common::tolerance::{FIRST_STEP, UNSTABLE, WINDOW};
 use leadlag::internal::evaluator::Case;

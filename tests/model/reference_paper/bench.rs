@@ -9,7 +9,7 @@ use leadlag::internal::symbols::Parameters;
 use leadlag::internal::trajectory::{Grade, Source, Trajectory};
 use leadlag::internal::vehicle::{Mfc, Vehicle};
 
-/// Nothing set: the start of every parameter list below.
+/// All parameters at 0: the start of every parameter list below.
 pub const NONE: Parameters = Parameters::NONE;
 
 /// Length of the preceding vehicle \[m\].
@@ -101,9 +101,9 @@ pub fn close(what: &str, unit: &str, step: usize, found: f64, expected: f64) {
     );
 }
 
-/// The base model commands `a_cmd` in a state. Checked at the first simulated sample of every variant of this base without
-/// dynamics (the command is then the acceleration, Eq. 9), with and without delay (the state is held), with every constraint that
-/// leaves `a_cmd` alone, in both conventions.
+/// The base model commands `a_cmd` in a state. Checked at the first simulated sample of every variant of this base without dynamics (the
+/// command is then the acceleration, Eq. 9), with and without delay (the state is constant), with every constraint that does not change
+/// `a_cmd`, in both conventions.
 #[track_caller]
 pub fn commands(base: &str, state: Sample, p: &Parameters, a_cmd: f64) {
     for convention in [Convention::PAPER, Convention::AUTHORS] {

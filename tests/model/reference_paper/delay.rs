@@ -124,7 +124,7 @@ fn every_candidate_of_the_paper_convention_starts_at_the_same_sample() {
         assert_eq!(first(0.1, 0.8, tau_p), 9, "ceil(0.8/0.1) + 1, tau_p = {tau_p} s");
     }
     assert_eq!(first(0.1, 0.75, 0.2), 9, "ceil(7.5) + 1");
-    // quotients that floating point puts beside the whole number
+    // quotients that floating point moves off the whole number
     assert_eq!(first(0.1, 0.3, 0.2), 4, "0.3/0.1 = 2.9999999999999996");
     assert_eq!(first(0.02, 0.14, 0.1), 8, "0.14/0.02 = 7.000000000000001");
 }

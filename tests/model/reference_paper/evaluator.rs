@@ -1,4 +1,4 @@
-//! The reference as an evaluator: which samples are scored, means over cases, failures, rejection.
+//! The reference as an evaluator: scored samples, means over cases, failures, rejection.
 
 use super::bench::{LEN_L, NONE, Sample, X_0, case, close, steady, trajectory};
 use leadlag::internal::convention::{BoundRule, Convention};
@@ -99,7 +99,7 @@ fn one_failed_case_fails_the_candidate() {
     wall.x_l.fill(X_0 + LEN_L + 3.0);
     let cases = vec![case("l-cth", &keeps(1.0), Convention::PAPER), case("l-cth", &wall, Convention::PAPER)];
     let mut evaluator = Reference::new(cases, GoodnessOfFit::NRMSE_SVA);
-    // At its sample 2, after the 13 samples of the case that was passed.
+    // At its sample 2, after the 13 samples of the previous case.
     let crash = Failure { kind: FailureKind::Crash, step: 13 + 2 };
     assert_eq!(scores(&mut evaluator, &[COAST]), [Score::Failed(crash)]);
 }

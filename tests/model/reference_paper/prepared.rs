@@ -118,6 +118,6 @@ fn a_candidate_outside_of_the_equations_is_refused() {
         let case = case("l-cth+delay", &data, convention);
         assert_eq!([0.8, 0.81].map(|tau_p| refused(&case, tau_p)), [None, Some(0.8)], "{convention}");
     }
-    // Without a delay tau_p is not asked for, whatever it is.
+    // Without a delay, tau_p is not read, whatever its value.
     assert_eq!(case("l-cth", &data, Convention::PAPER).check(&Parameters { tau_p: 9.0, ..p }), Ok(()));
 }

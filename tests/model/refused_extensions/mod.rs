@@ -148,7 +148,7 @@ fn what_an_extension_may_not_have_is_said() {
             "struct Parameters {\n    /// size [-], 0 to 1e39, neutral 0\n    q: f32,\n}\nfn x_command(own: Parameters, a: f32) -> f32 {\n    return a * own.q;\n}\n",
             "x.wgsl:3:5: q: expected bounds of a size below 1e9, found 0e0 to 1e39",
         ),
-        // Which parameters `Params` has depends on the model.
+        // The parameters of `Params` depend on the model.
         (
             "x.wgsl",
             "fn x_policy(p: Params) -> Params {\n    return Params();\n}\n",
@@ -270,13 +270,13 @@ fn what_does_nothing_is_warned_of_with_its_place() {
         assert_eq!(found.len(), expected.len(), "{found:?}");
         assert!(found.iter().zip(expected).all(|(found, expected)| found.starts_with(expected)), "{found:?}");
     }
-    // Those that the time loop uses are used, and the built-in ones have nothing to be warned of.
+    // Parameters of the time loop count as used, and the built-in ones cause no warning.
     for extension in leadlag::internal::wgsl::library() {
         assert_eq!(extension.warnings, [""; 0], "{}", extension.name);
     }
 }
 
-/// The time loop delays once and looks back once; a second wish was passed over in silence.
+/// The time loop delays once and looks back once; a second request was ignored silently.
 #[test]
 fn what_the_time_loop_does_for_another_extension_is_a_conflict() {
     for (what, taken) in [("delay by", "perception_delay"), ("look back by", "time_offset")] {

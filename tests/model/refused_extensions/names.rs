@@ -1,4 +1,4 @@
-//! An extension's names are its own: they hide nothing of the program's, and errors show them as they were written.
+//! An extension's names are separate: they hide nothing of the program's, and errors show them in their original form.
 
 use crate::common::sample;
 use leadlag::internal::catalog::Variant;
@@ -27,10 +27,10 @@ fn words_of_ours() -> BTreeSet<String> {
     words
 }
 
-/// A kind of thing that has a name, and a text that declares one of a name.
+/// A kind of named declaration, and a text that declares one with a name.
 type Kind<'a> = (&'a str, &'a dyn Fn(&str) -> String);
 
-/// Whatever an extension calls its own things, it hides nothing of ours, and nothing of ours hides them.
+/// Whatever names an extension uses, it hides nothing of the program, and nothing of the program hides them.
 #[test]
 fn every_name_of_ours_may_be_an_extensions_own() {
     let declare: [Kind; 5] = [
@@ -79,11 +79,11 @@ fn every_name_of_ours_may_be_an_extensions_own() {
         let workers: Vec<_> = texts.chunks(share).map(|texts| scope.spawn(move || count(texts))).collect();
         workers.into_iter().map(|worker| worker.join().expect("no text fails")).sum()
     });
-    // The rest are keywords, parameters of the base models, built-in extensions, and names that hide `f32` from its own text.
+    // The rest are keywords, parameters of the base models, built-in extensions, and names that hide `f32` from their own text.
     assert!(10 * accepted > 8 * texts.len(), "only {accepted} of {} texts are valid", texts.len());
 }
 
-/// True if a text is valid; then it fits a base, on the CPU and on the GPU. An invalid one is refused in its own lines.
+/// True if a text is valid; it then fits a base, on the CPU and on the GPU. An invalid one is refused with a place in its own lines.
 fn fits_if_valid(name: &str, text: &str, what: &str, turn: usize) -> bool {
     let file = format!("{name}.wgsl");
     let extension = match read_extension(&file, text) {

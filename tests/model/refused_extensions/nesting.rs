@@ -11,7 +11,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::time::{Duration, Instant};
 
-/// Every way in which the grammar lets a text nest: as much as is allowed, and far more, on the smallest stack that is promised.
+/// Every way in which the grammar allows nesting: as much as is allowed, and far more, on the smallest promised stack.
 #[test]
 fn nothing_that_nests_overflows_a_small_stack() {
     let chain = |first: &str, link: &str, last: &str, n: usize| format!("{first}{}{last}", link.repeat(n));
@@ -99,7 +99,7 @@ fn nothing_that_nests_overflows_a_small_stack() {
     }
 }
 
-/// The stack that every text must do with \[bytes\].
+/// The stack that must be enough for every text \[bytes\].
 const SMALL_STACK: usize = 512 << 10;
 
 /// Reads an extension and compiles the models that it fits; false if it is refused.
@@ -118,7 +118,7 @@ fn used(text: &str) -> bool {
     }
 }
 
-/// Makes up texts that nest in many ways at once.
+/// Generates texts that nest in many ways at once.
 struct Author {
     rng: ChaCha8Rng,
     /// Writes numbers only, so that many texts are valid and the compilers after the parser see them, too.
@@ -231,7 +231,7 @@ impl Author {
         }
         let body = self.statement(2);
         text += &command(&format!("var b = a; {body} return {};", self.expression(3)));
-        // A part of a real one in the midst of it, cut anywhere.
+        // A part of a real one in the middle of it, cut anywhere.
         let real = library()[self.rng.random_range(0..library().len())].text.as_str();
         let at = self.rng.random_range(0..real.len());
         if !self.is_sane && self.rng.random_range(0..4) == 0 && real.is_char_boundary(at) {
@@ -248,7 +248,7 @@ fn made_up_texts_do_with_a_small_stack() {
     let seconds = std::env::var("LEADLAG_FUZZ_SECONDS").map_or(1, |seconds| seconds.parse().expect("a number"));
     let (began, mut count, mut valid) = (Instant::now(), 0_u64, 0_u64);
     while began.elapsed() < Duration::from_secs(seconds) {
-        // Many to a thread, with its seed as a name, so that a stack that overflows shows which ones.
+        // Many per thread, with the seed as its name, so that a stack overflow shows which ones.
         let stack = std::thread::Builder::new().name(format!("texts of seed {count}")).stack_size(SMALL_STACK);
         let work = move || {
             let mut author = Author { rng: ChaCha8Rng::seed_from_u64(count), is_sane: count.is_multiple_of(100) };

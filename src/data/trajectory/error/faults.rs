@@ -3,7 +3,7 @@
 use super::problem::{Problem, ProblemKind};
 use super::{PROBLEMS_SHOWN, list};
 
-/// The first problems of some of a file's values, and the number of the others.
+/// The first problems with a file's values, and the number of the others.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Faults {
     pub(in crate::trajectory) first: Vec<Problem>,

@@ -13,7 +13,7 @@ pub struct Problem {
     pub kind: ProblemKind,
 }
 
-/// A step below this is not a time step of a sensor \[s\]: a second in days is 1.2e-5.
+/// A smaller step is not the time step of a sensor \[s\]: a second in days is 1.2e-5.
 pub(crate) const DAYS_STEP_S: f64 = 2e-5;
 /// Nor is one below this \[s\]: it is 2 s in hours, and no logger writes 2,000 rows per second.
 pub(crate) const HOURS_STEP_S: f64 = 5e-4;
@@ -77,7 +77,7 @@ pub enum ProblemKind {
         columns: Vec<String>,
         has: Vec<String>,
         needed: Vec<String>,
-        /// Pairs of a column of the file and the missing one that it may be.
+        /// Pairs of a column of the file and the missing column that it may stand for.
         renames: Vec<(String, String)>,
         advice: String,
     },

@@ -110,7 +110,7 @@ pub(in crate::trajectory) struct Header {
 /// For users' tables with other names.
 pub(in crate::trajectory) const OWN_NAMES: &str = "read the table with --columns (`leadlag list columns`)";
 
-/// Nine cars of OpenACC have 71 columns; the work per column and name must not grow into hours.
+/// Nine cars of OpenACC have 71 columns; more columns and names must not take hours.
 const COLUMNS_MAX: usize = 2000;
 
 impl Header {

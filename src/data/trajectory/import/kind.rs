@@ -45,7 +45,7 @@ fn is_xml(text: &str) -> bool {
     text.starts_with("<?xml") || (text.starts_with('<') && text.contains('>'))
 }
 
-/// An object, or a list of JSON values; a header between brackets is none.
+/// A JSON object or list; a header in brackets is not JSON.
 fn is_json(text: &str) -> bool {
     let text = text.trim_start_matches('\u{feff}').trim_start();
     let inside = |bracket| text.strip_prefix(bracket).map(str::trim_start);

@@ -1,4 +1,4 @@
-//! `Labels.csv` of the paper's authors: which car drove where, and its length.
+//! `Labels.csv` of the paper's authors: the car of each position, and its length.
 
 use super::header::{Header, column_of, split};
 use super::lines::Lines;

@@ -94,8 +94,8 @@ pub(super) fn detect(first_line: &str) -> Option<Layout> {
     let scores = typical.map(|(layout, columns)| (score(columns), layout));
     scores
         .into_iter()
-        // `max_by_key` keeps the last of equals: a table with names of its own is most easily made a pair file. One name
-        // with several meanings does not decide the layout.
+        // `max_by_key` keeps the last of equals: a table with unknown names is most easily turned into a pair file. One name with several
+        // meanings does not decide the layout.
         .max_by_key(|&(score, _)| score)
         .filter(|&(score, _)| score > 1)
         .map(|(_, layout)| layout)

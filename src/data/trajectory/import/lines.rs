@@ -20,9 +20,9 @@ pub(in crate::trajectory) struct Lines<R> {
     row: u64,
     /// Largest size of all lines, of text as of memory \[bytes\].
     most: u64,
-    /// True if the line in the buffer is to be returned once more.
+    /// True if the next call returns the line in the buffer again.
     back: bool,
-    /// False if the line read last was ended by the end of the file.
+    /// False if the end of the file ended the last line.
     pub terminated: bool,
 }
 
@@ -145,7 +145,7 @@ impl<R: Read> Lines<R> {
 mod tests {
     use super::*;
 
-    /// Lines that are read of many short ones, or the line of the problem.
+    /// Number of lines to read of many short ones, or the line of the problem.
     fn read(most: u64, columns: usize) -> Result<u64, String> {
         let text = "1,2,3\n".repeat(1000);
         let mut lines = Lines { most, ..Lines::new(text.as_bytes()) };

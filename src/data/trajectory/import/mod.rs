@@ -135,7 +135,7 @@ fn platoons<R: Read>(
     let line = lines.number();
     let mut fields = Vec::new();
     split(&first, &mut fields);
-    // Metadata before the header are an obstacle for a column map.
+    // Metadata before the header prevent the use of a column map.
     let bare = !first.to_ascii_lowercase().starts_with("date");
     header::check_separator(&first, line, bare.then_some(&mut *lines), problems)?;
     header::check_names(&fields, problems)?;
@@ -165,7 +165,7 @@ pub(super) fn open(path: &Path) -> Result<Box<dyn Read>, ImportError> {
     Ok(opened(path)?.0)
 }
 
-/// The same, and whether it is a Parquet table, whose text is always written alike.
+/// The same, and whether it is a Parquet table, whose text always has the same form.
 fn opened(path: &Path) -> Result<(Box<dyn Read>, bool), ImportError> {
     let shown = || path.display().to_string();
     if path.is_dir() {

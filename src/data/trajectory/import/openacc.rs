@@ -97,7 +97,7 @@ fn is_known(name: &str) -> bool {
     name.is_empty() || name == "Time" || (number.is_some() && SIGNALS.contains(&signal))
 }
 
-/// Where the used columns are: car number to column.
+/// Positions of the used columns: car number to column.
 struct Columns {
     time: usize,
     speed: BTreeMap<usize, usize>,
@@ -129,7 +129,7 @@ impl Columns {
             }
         }
         let needed = ["Time", "Speed1", "Speed2", "IVS1"];
-        // Any set of cars is valid, so only the lack of all is an error, and a misspelt column has been reported.
+        // Any set of cars is valid, so only the lack of all is an error; a misspelt column has been reported.
         let known: Vec<&str> = header.names.iter().map(String::as_str).collect();
         let known: Vec<&str> = known.into_iter().filter(|name| is_known(name)).collect();
         let misspelt = problems.check().is_err();

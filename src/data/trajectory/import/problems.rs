@@ -29,7 +29,7 @@ impl Problems {
         faults.into_iter().for_each(|faults| self.found.merge(faults));
     }
 
-    /// Records a problem after which reading makes no sense.
+    /// Records a problem after which reading cannot continue.
     pub fn stop(&mut self, line: u64, column: Option<usize>, kind: ProblemKind) -> Stop {
         self.add(line, column, kind);
         Stop::Rejected

@@ -45,7 +45,7 @@ pub(super) struct Wanted {
     pub numbers: Vec<(usize, Meaning)>,
     /// Columns of text.
     pub texts: Vec<usize>,
-    /// Position in `texts` of the column whose value starts a time axis of its own.
+    /// Position in `texts` of the column that starts a new time axis with each value.
     pub group: Option<usize>,
 }
 
@@ -59,7 +59,7 @@ pub(super) struct Table {
     pub texts: Vec<Vec<(usize, String)>>,
     /// False if the last row has no line end.
     pub terminated: bool,
-    /// Which of several trajectories of its group each row belongs to, from 0: a group whose time restarts has several.
+    /// For each row, the trajectory of its group, from 0: a group whose time restarts has several.
     pub pieces: Vec<u32>,
     /// Repeated rows that were taken once.
     pub repeated: Option<Note>,
@@ -311,7 +311,7 @@ impl Table {
         (samples > 0).then(|| Note::NoGap { car, signal: signal.to_owned(), samples })
     }
 
-    /// All faults of single values become faults of the file, because it has nothing else.
+    /// All faults of single values become faults of the file, because it has no other data.
     pub fn refuse(&self, problems: &mut Problems) -> Result<(), Stop> {
         problems.adopt(self.faults.values().cloned());
         problems.check()

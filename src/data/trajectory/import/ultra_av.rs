@@ -171,7 +171,7 @@ impl Columns<'_> {
             .and_then(|gap| self.table.no_gap((id, piece), gap, 2, "Spatial_Gap"))
             .into_iter()
             .collect();
-        // Centre to centre minus bumper to bumper is the mean of the two lengths; the files give no more.
+        // Centre to centre minus bumper to bumper is the mean of the two lengths; the files contain no more.
         let length = headway.and_then(|h| super::median(h.iter().zip(&gap).map(|(h, g)| h - g)));
         let length = length.filter(|&length| length > 0.0);
         if let Some(length_m) = length {

@@ -24,7 +24,7 @@ impl fmt::Display for Inspection {
     }
 }
 
-/// Tables of many pairs are shown as a list of the longest ones and the very longest in full.
+/// For tables of many pairs: a list of the longest ones, and the very longest in full.
 const WHOLE_MAX: usize = 3;
 /// Pairs that are listed.
 const LISTED_MAX: usize = 20;

@@ -17,9 +17,9 @@ use crate::statistics::rms;
 use serde::Serialize;
 use std::ops::Range;
 
-/// A car slower than this stands \[m/s\].
+/// A slower car is standing \[m/s\].
 pub const STANDSTILL_MPS: f64 = 0.1;
-/// More missing values than this deserve a warning \[share\].
+/// Share of missing values above which a warning follows.
 const MISSING_WARNING: f64 = 0.1;
 
 /// Properties of a recording. Units are in the names; `None` if there is nothing to measure.
@@ -65,7 +65,7 @@ pub struct FollowerInspection {
     pub follower: usize,
     /// Gaps of more than this are not interpolated by default.
     pub max_gap_s: f64,
-    /// The choices of a calibration, in the order of time; empty if it would refuse the follower.
+    /// The segments that a calibration can use, in the order of time; empty if it would refuse the follower.
     pub segments: Vec<Stretch>,
     /// Why it would.
     pub refused: Option<String>,

@@ -5,7 +5,7 @@ use crate::statistics::rms;
 use crate::trajectory::savitzky_golay::SavitzkyGolay;
 use serde::Serialize;
 
-/// Window and order of the fit whose residual is taken for noise (data README, Section 3.1).
+/// Window and order of the fit whose residual counts as noise (data README, Section 3.1).
 const NOISE_POINTS: usize = 11;
 const NOISE_ORDER: usize = 3;
 

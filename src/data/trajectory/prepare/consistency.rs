@@ -171,7 +171,7 @@ fn profile(path: impl Iterator<Item = (f64, f64)>) -> (Vec<f64>, Vec<f64>) {
         match (x.last_mut(), means.last_mut()) {
             (Some(middle), Some(mean)) if x_i - begin < GRADE_SPACING_M => {
                 merged += 1.0;
-                // Never before its begin, so that positions rise, also if the car is measured to roll back.
+                // Never before its start, so that positions rise even if the car appears to roll back.
                 *middle = f64::midpoint(begin, x_i).max(begin);
                 *mean += (sin_i - *mean) / merged;
             }

@@ -115,7 +115,7 @@ impl Preparation {
     }
 }
 
-/// Input that the steps need to name a place.
+/// Input of the steps for messages.
 #[derive(Clone, Copy)]
 struct Context<'a> {
     recording: &'a Recording,
@@ -215,7 +215,7 @@ pub(in crate::trajectory) fn stretches_of(
     Ok(Stretch::of(segments.iter().map(|segment| segment.samples.t.as_slice())))
 }
 
-/// Times at which another driver takes over the follower, by the file \[s\]: a human and a controller are two drivers.
+/// Times of the file at which another driver takes over the follower: a human and a controller are two drivers.
 fn takeovers(context: &Context) -> Vec<f64> {
     let ego = context.follower + 1;
     let modes: Vec<(&str, f64)> = context
@@ -283,7 +283,7 @@ fn one(context: &Context) -> Result<Vec<Trajectory>, PrepareError> {
             finding.when.is_empty() || finding.when.iter().any(|[from, to]| *from <= t[t.len() - 1] && t[0] <= *to)
         };
         notes.extend(found.iter().filter(concerns).map(|finding| Note::Found { finding: Box::new(finding.clone()) }));
-        // Of the drivers of the follower, the first one and those that take over within.
+        // The first driver of the follower, and those that take over later.
         let begins = |note: &Note| match note {
             Note::DriverMode { t_s, .. } => Some(*t_s),
             _ => None,

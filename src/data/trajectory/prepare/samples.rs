@@ -24,7 +24,7 @@ pub(super) enum Signal {
 }
 
 impl Signal {
-    /// Without it there is no sample.
+    /// A sample needs this signal.
     pub fn is_required(self) -> bool {
         matches!(self, Signal::LeadSpeed | Signal::Speed | Signal::Spacing)
     }

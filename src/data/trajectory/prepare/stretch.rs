@@ -1,4 +1,4 @@
-//! Segments between long gaps, in the words of a message that offers the choice.
+//! Segments between long gaps, for messages that offer the choice.
 
 use crate::trajectory::Trajectory;
 use serde::Serialize;
@@ -37,7 +37,7 @@ impl Stretch {
         Stretch::of(trajectories.iter().map(|trajectory| trajectory.t.as_slice()))
     }
 
-    /// The longest few, the longest first and of equally long ones the earlier first, and the number of the others.
+    /// The longest few, the longest first, equally long ones in order of time; and the number of the others.
     #[must_use]
     pub fn longest(all: &[Stretch]) -> (Vec<&Stretch>, usize) {
         let mut sorted: Vec<&Stretch> = all.iter().collect();

@@ -10,10 +10,10 @@ use std::ops::Range;
 pub(in crate::trajectory) const GRID_TOLERANCE_S: f64 = 1e-6;
 /// A longer time step means a wrong unit \[s\].
 pub(in crate::trajectory) const STEP_MAX_S: f64 = 5.0;
-/// A model that is simulated in longer steps than this has other parameters than the driver \[s\]: of drives recorded at 1 Hz, four of five had
-/// intervals without the truth. Between such samples the model has its own steps, unless another step is requested ...
+/// Longest step of a simulation \[s\]: with a longer one a model has other parameters than the driver. Of drives recorded at 1 Hz, four in
+/// five had intervals without the truth. Between such samples the model uses its own steps, unless another step is requested ...
 const COARSE_STEP_S: f64 = 0.5;
-/// ... of at most this \[s\].
+/// ... of at most this length \[s\].
 const SUBSTEP_S: f64 = 0.1;
 /// More samples than this are refused: 139 hours at 10 Hz.
 const SAMPLES_MAX: usize = 5_000_000;
@@ -120,7 +120,7 @@ pub(in crate::trajectory) fn nominal_step(t: &[f64], ranges: &[Range<usize>], st
     if decimal > 0.0 && (decimal * steps - span).abs() <= GRID_TOLERANCE_S { decimal } else { mean }
 }
 
-/// Rows on the grid `t[0] + k dt`; rows missing in between are put back with missing values.
+/// Rows on the grid `t[0] + k dt`; rows that are missing in between are inserted with missing values.
 fn on_grid(samples: &Samples, range: Range<usize>, dt: f64, context: &Context) -> Result<Samples, PrepareError> {
     let t_0 = samples.t[range.start];
     let mut places = Vec::with_capacity(range.len());

@@ -5,8 +5,8 @@
 //! 1 + c_f = (1 + C) / (1 + D / 2). The gap on the right has the noise of the left side in it, which would bias C; its instrument
 //! is the gap averaged over two seconds (Fuller: Measurement Error Models, 1987, Section 1.4).
 //!
-//! Distance and speed determine differences of the two cars sharply; only the changes of the gap determine what both have in common,
-//! less sharply. So a contradiction is often plain while the faulty car is not.
+//! Distance and speed determine differences between the two cars sharply. Only the changes of the gap determine the part common to both,
+//! less sharply. So a contradiction is often plain although the faulty car is not.
 
 use super::finding::{Finding, FindingKind, Remedy, Who, Z_95, interval};
 use super::level::{self, Columns, Usable};
@@ -15,10 +15,10 @@ use super::link::Link;
 use crate::trajectory::factor;
 use nalgebra::{Matrix2, Vector2};
 
-/// A scale common to both cars follows from the changes of the gap, few and large, whose own imperfections count: this
-/// standard error comes to that of the noise, so that a common scale is one of 1 % at least.
+/// A common scale of both cars follows from the few large changes of the gap, whose own imperfections matter. This standard error is added
+/// to that of the noise, so that a common scale is at least 1 %.
 const COMMON_SCALE_ERROR: f64 = 0.01 / LIMITS.significant;
-/// The same if straight lines join the samples of a signal of a low rate, which cut off the extremes of its changes.
+/// The same if a signal of a low rate is joined by straight lines, which cut off the extremes of its changes.
 const SLOW_SCALE_ERROR: f64 = 0.05 / LIMITS.significant;
 /// Widest clock error that is searched \[s\], and the step of the search.
 const CLOCK_MAX_S: f64 = 3.0;
@@ -27,17 +27,17 @@ const CLOCK_STEP_S: f64 = 0.2;
 const PLACES_S: f64 = 1.0;
 /// Most steps of the estimation; each leaves a share of the clock's error that is half the scale's.
 const ROUNDS: usize = 6;
-/// The gap is averaged over this much to either side \[s\].
+/// Half width of the window over which the gap is averaged \[s\].
 const QUIET_S: f64 = 1.0;
 
-/// The speeds are averaged over this much to either side, where they are columns of the clocks \[s\].
+/// Half width of the window over which the speeds are averaged as columns of the clocks \[s\].
 const SMOOTH_S: f64 = 0.4;
 
 /// Estimates of scales (0) and clocks (1): of the leader minus the follower, and of both in common.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Redundancy {
     estimate: [Pair; 2],
-    /// Gain in log-likelihood against none \[nats\].
+    /// Gain in log-likelihood over no fault \[nats\].
     gain: f64,
 }
 
@@ -157,7 +157,7 @@ impl Redundancy {
 }
 
 impl Pair {
-    /// The explanations that the estimate asks for: none, one car or both.
+    /// The explanations that the estimate supports: none, one car or both.
     fn explain(&self, least: f64, own: Own, finding: impl Fn(Who, f64, f64) -> Finding) -> Vec<Finding> {
         let Some(inverse) = self.covariance.try_inverse() else { return Vec::new() };
         let beyond = |i: usize| {
@@ -192,7 +192,7 @@ impl Pair {
             return vec![finding(who, value, error)];
         }
         if !told || !common {
-            // As if it were the leader's.
+            // As for the leader.
             let line = Vector2::new(1.0, 0.5);
             let (value, error) =
                 sized(Who::Either, line * self.value[0], line * line.transpose() * self.covariance[(0, 0)]);
@@ -273,7 +273,7 @@ pub(super) fn shifted(y: &[f64], samples: f64) -> Vec<f64> {
 /// The target, then the columns of (difference, mean) of scales and of clocks, for speeds read `late` seconds later.
 fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Columns {
     let read = |v: &[f64], late: f64| {
-        // Beyond the ends the measured values are used; a stretch loses little.
+        // Beyond the ends the measured values remain; a stretch loses little.
         let moved = shifted(v, late / link.dt);
         moved.iter().zip(v).map(|(m, v)| if m.is_finite() { *m } else { *v }).collect::<Vec<f64>>()
     };
@@ -348,7 +348,7 @@ fn coarse(link: &Link, usable: &Usable) -> [f64; 2] {
     };
     let shifts = || (-reach..=reach).map(|k| k * step);
     let mut best = (misfit(0, 0), [0, 0]);
-    // Nothing is changed for less than half of the misfit.
+    // No change for less than half of the misfit.
     let worth = 0.5 * best.0;
     for l in shifts() {
         for f in shifts() {

@@ -1,4 +1,4 @@
-//! Corrections of faults, made only on request.
+//! Corrections of faults, on request only.
 
 use super::clocks::shifted;
 use super::finding::{Finding, FindingKind, Who};
@@ -53,7 +53,7 @@ fn one(platoon: &mut Platoon, follower: usize, link: &Link, finding: &Finding) -
         }
         FindingKind::GapOffset => {
             values.iter_mut().for_each(|v| *v -= finding.value);
-            format!("{done}: {:+.3} m taken off", finding.value)
+            format!("{done}: {:+.3} m subtracted", finding.value)
         }
         FindingKind::ClockOffset if !link.regular => {
             format!("{done}: not corrected, rows are missing; resample the file first")

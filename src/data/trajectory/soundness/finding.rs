@@ -46,10 +46,10 @@ impl FindingKind {
     pub fn effect(self) -> &'static str {
         match self {
             FindingKind::SpeedScale => "t_h, v_0 and d_0 compensate for a false drift",
-            FindingKind::GapOffset => "d_0 is off by as much",
+            FindingKind::GapOffset => "d_0 is off by the same amount",
             FindingKind::ClockOffset => "a_max, a_min and delays compensate for it",
             FindingKind::Exchanged | FindingKind::Unit | FindingKind::TooFast | FindingKind::TimeUnit => {
-                "no parameter means anything"
+                "all parameters are meaningless"
             }
             FindingKind::Dropout => "a_max and a_min follow values that were not driven",
             FindingKind::Spike => "t_h, a_max and d_0 follow values that were not driven",
@@ -113,7 +113,7 @@ impl Serialize for Who {
     }
 }
 
-/// An option that mends or avoids a fault: its id, which each front end spells in its own way, and its value.
+/// An option that corrects or avoids a fault: its id, which each front end spells in its own way, and its value.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Remedy {
     /// The option, as `correct` or `to`.
@@ -153,10 +153,10 @@ pub struct Finding {
     pub unit: &'static str,
     /// 95 % interval of the size, if any.
     pub interval: Option<[f64; 2]>,
-    /// Affected stretches of the file's time \[s\]; empty: all of it.
+    /// Affected stretches of the file's time \[s\]; empty: the whole file.
     #[serde(rename = "when_s")]
     pub when: Vec<[f64; 2]>,
-    /// Line of the file where it begins, counted from 1; none if it is everywhere.
+    /// Line of the file at which it begins, counted from 1; none if it affects the whole file.
     pub line: Option<u64>,
     /// Whether it changes the calibration, so that every command has to report it.
     pub matters: bool,
@@ -169,7 +169,7 @@ pub struct Finding {
 }
 
 impl Finding {
-    /// A fault that is everywhere, does not matter and has no remedy, by default.
+    /// A fault of the whole file that does not matter and has no remedy, by default.
     pub(super) fn new(kind: FindingKind, car: Who, signal: &'static str, value: f64, unit: &'static str) -> Finding {
         let (interval, when, remedies) = (None, Vec::new(), Vec::new());
         let (line, matters, correction, sentence) = (None, false, None, String::new());

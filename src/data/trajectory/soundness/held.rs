@@ -46,7 +46,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
     let single =
         runs(0..steps.len(), |i| steps[i] == 0.0).filter(|run| run.len() == 1 && !both_stand(link, run)).count();
     let repeat = (q / (2.0 * std::f64::consts::PI.sqrt() * sigma)).max(3.0 * single as f64 / y.len() as f64).min(1.0);
-    // Neighbouring bends share samples, so they are small together: twice the chance of one.
+    // Second differences of neighbours share samples, so they are small together: twice the chance of one.
     let line = (10.0 * q / (bend.max(1e-12) * std::f64::consts::TAU.sqrt())).min(1.0);
     let longest = |chance: f64| {
         let by_chance = (LIMITS.held_chance / y.len() as f64).ln() / chance.max(1e-9).ln();
@@ -60,7 +60,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
         let kept = if repeat < COARSE {
             run.len() + 1 >= longest(repeat) && (!at_zero || fallen)
         } else {
-            // With a coarse sensor only the step at the end shows it, or a gap that must have changed.
+            // With a coarse sensor, only the step at the end or a necessary change of the gap shows it.
             let long = run.len() as f64 * link.dt >= LIMITS.held && run.len() as f64 > 1.5 * factor;
             let jumps = || steepest(&steps, &run) > LIMITS.held_step.max(20.0 * sigma).max(2.5 * q);
             let moves = || signal.name == "gap" && moved(link, &run) > LIMITS.held_change.max(3.0 * q);
@@ -73,9 +73,8 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
             found.push(run.start + measured..run.end + 1);
         }
     }
-    // A straight line: bends of zero between steps that are not.
-    // A signal without noise is straight here and there.
-    // The bends of a smooth motion are similar, and small together: only those of a sensor's noise alternate.
+    // A straight line: second differences of zero between steps that are not. A signal without noise is straight here and there. The second
+    // differences of a smooth motion are similar, and small together: only those of a sensor's noise alternate.
     if line < 0.3 && factor <= 1.0 && noise::noisy(signal, link) && alternate(&bends) {
         let tolerance = 2.5 * q;
         for run in runs(0..bends.len(), |i| bends[i].abs() <= tolerance && steps[i] != 0.0) {
@@ -88,7 +87,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
     Dropouts { ranges: merge(missing.into_iter().chain(held.iter().cloned()).collect()), held }
 }
 
-/// True if neighbouring bends tend to have opposite signs: those of white noise have a correlation of -2/3.
+/// True if neighbouring second differences tend to have opposite signs: those of white noise have a correlation of -2/3.
 fn alternate(bends: &[f64]) -> bool {
     let product: f64 = bends.windows(2).map(|w| w[0] * w[1]).filter(|p| p.is_finite()).sum();
     product < 0.0
@@ -148,7 +147,7 @@ fn merge(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
 /// One finding for all drop-outs of a signal.
 pub(super) fn finding(signal: &Signal, link: &Link, found: &Dropouts) -> Option<Finding> {
     let seconds = |ranges: &[Range<usize>]| ranges.iter().map(Range::len).sum::<usize>() as f64 * link.dt;
-    // Preparation reports missing values; a filled-in value that counts as measured is worse.
+    // Preparation reports missing values; a filled-in value that looks measured is worse.
     let matters = seconds(&found.held) >= LIMITS.held_matters * link.len() as f64 * link.dt;
     let shown = if matters { &found.held } else { &found.ranges };
     let longest = shown.iter().max_by_key(|range| range.len())?;

@@ -1,4 +1,4 @@
-//! Contradictions of gap and speeds that no constant explains: jumps, single spikes, and a drift of the remainder.
+//! Contradictions of gap and speeds that no constant explains: jumps, single spikes, and a drift of the rest.
 
 use super::finding::{Finding, FindingKind, Remedy, Who, interval};
 use super::limits::LIMITS;
@@ -62,7 +62,7 @@ pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
         })
         .collect();
     let usual = robust_scale(steps.iter().copied()).unwrap_or(0.0);
-    // (first sample, last sample) of each event, by place in `seen`.
+    // (first sample, last sample) of each event, as indices of `seen`.
     let mut events: Vec<Range<usize>> = Vec::new();
     let mut slow = steps.clone();
     for (i, step) in steps.iter().enumerate() {
@@ -112,7 +112,7 @@ fn slow_events(steps: &[f64], seen: &[usize], width: usize) -> Vec<Range<usize>>
             start += 1;
             continue;
         }
-        // The window in which most of it lies.
+        // The window with the largest part of it.
         let within = &windows[start..(window.end + 1).min(windows.len())];
         let (best, _) = within.iter().max_by(|a, b| a.1.abs().total_cmp(&b.1.abs())).unwrap_or(&windows[start]);
         events.push(best.clone());
@@ -171,13 +171,13 @@ fn longest_without(link: &Link, jumps: &[&Jump]) -> Vec<Remedy> {
     from.into_iter().chain((to < last).then(|| time("to", to))).collect()
 }
 
-/// Samples of a signal that are far from their neighbours, and back at once: no car moves like that.
+/// Samples of a signal that are far from their neighbours and return at once: no car moves like that.
 pub(super) fn spikes(signal: &Signal, link: &Link) -> Vec<Range<usize>> {
     let y = signal.values;
     let bends = y.windows(3).map(|w| w[2] - 2.0 * w[1] + w[0]);
     let usual = robust_scale(bends).unwrap_or(0.0) / 6f64.sqrt();
     let reach = link.samples(AROUND_S).max(2);
-    // Within half of the reach a car that brakes as hard as possible departs from the surrounding median by this.
+    // Within half of the reach, a car that brakes as hard as possible departs from the surrounding median by this.
     let half = 0.5 * reach as f64 * link.dt;
     let driven =
         if signal.name == "gap" { LIMITS.spike.max(0.5 * LIMITS.braking * half * half) } else { LIMITS.braking * half };

@@ -79,12 +79,12 @@ pub(super) struct Fit {
     pub likelihood: f64,
 }
 
-/// y and X; a column with the noise e has an instrument that contains almost none of it.
+/// y and X; a column that contains the noise e has an instrument that contains almost none of it.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Columns {
     /// y, then X.
     pub values: Vec<Vec<f64>>,
-    /// The place in `values` of the column that has an instrument, and that.
+    /// The index in `values` of the column with an instrument, and the instrument.
     pub instrument: (usize, Vec<f64>),
 }
 
@@ -189,7 +189,7 @@ pub(super) fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usiz
     }
     let mut right = z.tr_mul(&y);
     (0..parameters).for_each(|i| right[i] /= scale[i]);
-    // A constant signal leaves no number, on which a decomposition would not converge.
+    // A constant signal gives no finite number, and a decomposition would not converge on that.
     if !normal.iter().all(|x| x.is_finite()) {
         return None;
     }

@@ -1,4 +1,4 @@
-//! Every number that decides about a fault of the data, and about its effect on the parameters of a model.
+//! Every number that decides on a fault of the data, and on its effect on the parameters of a model.
 
 crate::numbers! {
     /// The size from which a deviation is a fault, and the one from which (`..._matters`) it changes the calibration.
@@ -22,11 +22,11 @@ crate::numbers! {
     spike = 2.0, "m", "A value of the gap this far off those around it is a spike";
     spikes = 0.1, "-", "Largest share of spikes; with more, the signal contradicts itself";
     braking = 12.0, "m/s²", "No car on a road changes its speed faster";
-    held_chance = 1e-4, "-", "A value was held if chance repeats it this rarely in a file";
+    held_chance = 1e-4, "-", "A value was held if it repeats by chance with a smaller probability in a file";
     held = 0.5, "s", "A coarse sensor holds a value for longer";
     held_step = 0.3, "m or m/s", "And the value then jumps by more";
     held_change = 1.0, "m", "Or the speeds imply that it changed by more meanwhile";
-    held_matters = 0.01, "-", "Share of held or filled-in samples from which parameters follow them";
+    held_matters = 0.01, "-", "Share of held or filled-in samples from which they bias parameters";
     coloured = 0.42, "-", "Autocorrelation of third differences beside that of white noise: sensors have up to 0.36";
     noise_rate = 8.0, "Hz", "In files of a lower rate driving leaves as much in third differences as the noise of sensors";
     slow_rate = 2.0, "Hz", "A signal of a lower rate than this lacks what tells accelerations";

@@ -5,12 +5,11 @@ use crate::trajectory::agreement::gap_column;
 use crate::trajectory::prepare::{GRID_TOLERANCE_S, median_step, nominal_step, stretches};
 use crate::trajectory::{Platoon, Recording};
 
-/// Both cars of such a link drive at least this fast where gap and speeds are compared \[m/s\]: a speed sensor that gives
-/// magnitudes is biased at rest.
+/// Smallest speed of both cars at which gap and speeds are compared \[m/s\]: a speed sensor that gives magnitudes is biased at rest.
 pub(super) const DRIVING: f64 = 0.5;
-/// A row may lie this far off the time grid \[time steps\]; others are left out.
+/// Largest distance of a row from the time grid \[time steps\]; others are left out.
 const OFF_GRID: f64 = 0.25;
-/// More samples than this are not a drive: a file that mixes units of time has no grid.
+/// Largest number of samples of a drive: a file that mixes units of time has no grid.
 const SAMPLES_MAX: f64 = 5e6;
 
 /// A link on a uniform time step; missing values are NaN.
@@ -46,7 +45,7 @@ pub(super) struct Signal<'a> {
     pub who: Who,
     pub name: &'static str,
     pub unit: &'static str,
-    /// Noise below this is less than any sensor has: a tenth of the best one of the shared data (data README, Section 3.1).
+    /// Smallest noise of a sensor: a tenth of the best one of the shared data (data README, Section 3.1).
     pub noise_floor: f64,
     /// Its name in messages.
     pub title: &'a str,
@@ -111,7 +110,7 @@ impl Link {
         self.gap.len()
     }
 
-    /// True without samples.
+    /// Change of the gap between two samples by the speeds \[m\]: a straight line between the measured values.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.gap.is_empty()

@@ -1,7 +1,7 @@
-//! Are the data themselves sound? One check for every verb.
+//! Checks the soundness of the data, for every command.
 //!
-//! The gap and the two speeds of a link are redundant: d(gap)/dt = v_l - v_f. The checks find, size and name contradictions before any
-//! model is blamed, and correct them only on request. They refuse nothing; reading and preparation refuse data that cannot be used.
+//! The gap and the two speeds of a link are redundant: d(gap)/dt = v_l - v_f. The checks find, size and name contradictions before a model
+//! is fitted, and correct them only on request. They refuse nothing; reading and preparation refuse unusable data.
 
 mod clocks;
 mod correct;
@@ -29,7 +29,7 @@ use std::ops::Range;
 /// Soundness of the data of one follower.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Soundness {
-    /// The faults, in the order of the checks and not of their gravity.
+    /// The faults, in the order of the checks and not by severity.
     pub findings: Vec<Finding>,
     /// Faults that these data cannot show, one sentence each.
     pub unseen: Vec<String>,

@@ -13,7 +13,7 @@ use crate::statistics::robust_scale;
 const THIRD_DIFFERENCE: f64 = 20.0;
 /// Autocorrelation of third differences of white noise.
 const WHITE: [f64; 3] = [-0.75, 0.3, -0.05];
-/// Examined lags: moving averages of up to this many samples show at their own length.
+/// Lags to examine: moving averages of up to this many samples show at their length.
 const LAGS: usize = 25;
 /// Larger third differences are events and not noise \[robust standard deviations\].
 const CLIP: f64 = 6.0;
@@ -23,7 +23,7 @@ const ENOUGH: usize = 200;
 const BLOCK_S: f64 = 20.0;
 /// Runs of a resampled signal that have the usual length or one sample more or less \[share\].
 const REGULAR: f64 = 0.85;
-/// Rounded values repeat by chance; below this many runs nothing is regular.
+/// Rounded values repeat by chance; fewer runs than this are not regular.
 const RUNS: usize = 50;
 
 /// A signal of a lower rate.
@@ -130,9 +130,9 @@ pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
     })
 }
 
-/// Steps are as large as this share of the coarse ones at least, or multiples of them, in a quantised signal.
+/// Steps of a quantised signal are at least this share of the coarse ones, or multiples of them.
 const WHOLE: f64 = 0.01;
-/// And at least this share of all steps is.
+/// At least this share of all steps is.
 const MOST: f64 = 0.99;
 
 /// A signal whose values are multiples of a large step.
@@ -150,7 +150,7 @@ pub(super) fn quantised(signal: &Signal) -> Option<Finding> {
     })
 }
 
-/// A signal whose own rate is lower than the file's: held, joined by straight lines, or without high frequencies.
+/// A signal whose rate is lower than the file's: held, joined by straight lines, or without high frequencies.
 pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
     let y = signal.values;
     let q = quantum(y);
@@ -187,7 +187,7 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
     Some(Resampled { factor, held, finding })
 }
 
-/// How a signal of a lower rate has got the rate of the file, without computation.
+/// How a signal of a lower rate was brought to the rate of the file.
 const HELD: &str = "held between its own samples";
 
 /// The measured samples of a held signal, joined by straight lines; values held longer than usual stay.

@@ -1,4 +1,4 @@
-//! Signals that two cars on a road cannot have: confused units, exchanged speeds, noise in place of accelerations.
+//! Signals that two cars on a road cannot have: confused units, exchanged speeds, noise instead of accelerations.
 
 use super::finding::{Finding, FindingKind, Remedy, Who};
 use super::limits::LIMITS;

@@ -1,11 +1,11 @@
-//! What surrounds every sample of a drive: the quantities against which errors are sorted.
+//! Quantities at every sample of a drive that errors are sorted by.
 
 use crate::diagnose::drive::Drive;
 
-/// Accelerations are slopes over so many seconds to either side: differences of neighbouring samples are mostly noise \[s\].
+/// Half width of the window for the slope that gives an acceleration \[s\]: differences of neighbouring samples are mostly noise.
 const SLOPE_S: f64 = 0.5;
 
-/// The surroundings of every sample; all vectors are as long as the drive.
+/// Quantities at every sample; all vectors are as long as the drive.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Covariates {
     /// Name of the drive.
@@ -24,14 +24,14 @@ pub struct Covariates {
     pub a: Vec<f64>,
     /// Acceleration of the car ahead \[m/s²\].
     pub a_l: Vec<f64>,
-    /// Sine of the grade under the follower, where the road is known.
+    /// Sine of the grade under the follower, if the road is known.
     pub sin_grade: Option<Vec<f64>>,
-    /// Position on the road \[m\], modulo the lap; where the road is known.
+    /// Position on the road \[m\], modulo the lap, if the road is known.
     pub place: Option<Vec<f64>>,
 }
 
 impl Covariates {
-    /// Of a drive; `lap` is the length of a closed track \[m\].
+    /// Quantities of a drive; `lap` is the length of a closed track \[m\].
     #[must_use]
     pub fn of(drive: &Drive, lap: Option<f64>) -> Covariates {
         let trajectory = &drive.trajectory;

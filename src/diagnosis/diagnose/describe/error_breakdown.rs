@@ -1,30 +1,30 @@
-//! Where the error of a free simulation sits: by signal, regime, frequency, speed, place and time.
+//! Breakdown of the error of a free simulation: by signal, regime, frequency, speed, place and time.
 
 use super::covariates::Covariates;
 use crate::diagnose::data::fourier;
 
-/// Below this the car stands \[m/s\].
+/// Largest speed of a standing car \[m/s\].
 const STANDING: f64 = 0.5;
-/// Beyond this it accelerates or brakes \[m/s²\].
+/// Smallest acceleration or deceleration that counts as accelerating or braking \[m/s²\].
 const HARD: f64 = 0.3;
-/// Beyond this the gap opens or closes \[m/s\].
+/// Smallest speed difference that counts as opening or closing in \[m/s\].
 const CHANGING: f64 = 0.5;
 /// Edges between the frequency bands \[Hz\].
 const BANDS: [f64; 3] = [0.01, 0.05, 0.2];
-/// Width of the classes of speed \[m/s\], place \[m\] and time \[s\].
+/// Width of the classes of speed \[m/s\].
 const SPEED_CLASS: f64 = 5.0;
 const PLACE_CLASS: f64 = 250.0;
 const TIME_CLASS: f64 = 60.0;
 
-/// What a car is doing, the first that applies; in the order of the report.
+/// What the car is doing: the first that applies, in the order of the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum Regime {
-    /// Slower than 0.5 m/s.
+    /// Speed below 0.5 m/s.
     Standstill,
-    /// Faster by more than 0.3 m/s².
+    /// Acceleration above 0.3 m/s².
     Accelerating,
-    /// Slower by more than 0.3 m/s².
+    /// Deceleration above 0.3 m/s².
     Braking,
     /// The gap closes by more than 0.5 m/s.
     #[strum(serialize = "closing in")]
@@ -36,7 +36,7 @@ pub enum Regime {
 }
 
 impl Regime {
-    /// Of a sample.
+    /// The regime of a sample.
     #[must_use]
     pub fn of(scene: &Covariates, i: usize) -> Regime {
         let (a, dv) = (scene.a[i], scene.dv[i]);
@@ -54,7 +54,7 @@ impl Regime {
 /// A free simulation of a drive: simulated minus measured spacing, speed and acceleration, from sample `first` on.
 #[derive(Debug, Clone, Copy)]
 pub struct Errors<'a> {
-    /// What surrounds the samples.
+    /// The quantities at each sample.
     pub scene: &'a Covariates,
     /// First compared sample.
     pub first: usize,
@@ -62,23 +62,23 @@ pub struct Errors<'a> {
     pub values: [&'a [f64]; 3],
 }
 
-/// One class of a division.
+/// One class of a breakdown.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Share {
-    /// The class.
+    /// Name of the class.
     pub name: String,
-    /// Share of the time; none for frequencies.
+    /// Share of the time; `None` for frequencies.
     pub time: Option<f64>,
     /// Share of the sum of squared errors of s, v, a.
     pub error: [f64; 3],
 }
 
-/// The error of a free simulation, divided in every way. Every division sums to one.
+/// The error of a free simulation, broken down in each way. The shares of each breakdown sum to one.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Budget {
     /// Root mean square of s \[m\], v \[m/s\], a \[m/s²\].
     pub rms: [f64; 3],
-    /// Mean error.
+    /// Mean error of s \[m\], v \[m/s\], a \[m/s²\].
     pub bias: [f64; 3],
     /// By what the car is doing.
     pub regime: Vec<Share>,
@@ -86,9 +86,9 @@ pub struct Budget {
     pub frequency: Vec<Share>,
     /// By speed.
     pub speed: Vec<Share>,
-    /// By place on the road; empty where it is not known.
+    /// By place on the road; empty if it is unknown.
     pub place: Vec<Share>,
-    /// By time, of each drive.
+    /// By time, separately for each drive.
     pub time: Vec<Share>,
 }
 
@@ -170,7 +170,7 @@ fn frequencies(runs: &[Errors]) -> Vec<Share> {
             for (k, p) in power.iter().enumerate() {
                 let f = k as f64 / (cells as f64 * run.scene.dt);
                 let band = BANDS.iter().position(|edge| f < *edge).unwrap_or(BANDS.len());
-                // Every frequency but the lowest and the highest stands for two, Parseval's sum for `cells` times the squares.
+                // Every frequency but the lowest and the highest counts twice; Parseval's sum is `cells` times the squares.
                 let twice = if k == 0 || k + 1 == power.len() { 1.0 } else { 2.0 };
                 sums[band][signal] += twice * p / cells as f64;
             }
@@ -189,7 +189,7 @@ fn frequencies(runs: &[Errors]) -> Vec<Share> {
 }
 
 impl Budget {
-    /// The class with the largest share of a signal's error above its share of the time, among regimes.
+    /// Of the regimes, the one in which a signal's share of the error most exceeds the share of the time.
     #[must_use]
     pub fn worst_regime(&self, signal: usize) -> Option<&Share> {
         let excess = |share: &Share| share.error[signal] - share.time.unwrap_or(0.0);

@@ -1,4 +1,4 @@
-//! Events that belong to one recording: in the others their causes do nothing.
+//! Events of one recording: on other recordings their causes do nothing.
 
 use crate::diagnose::drive::Drive;
 use crate::diagnose::outcome::Adopted;
@@ -7,7 +7,7 @@ use crate::lanes::Lanes;
 use crate::score::GoodnessOfFit;
 use crate::symbols::Symbol;
 
-/// Parameters of the events that do not happen in a drive, with the values at which they do nothing.
+/// Parameters of the events that a drive lacks, with the values at which they do nothing.
 pub fn absent(adopted: &[Adopted], drive: &Drive) -> Vec<(Symbol, f64)> {
     let recording = drive.recording();
     let elsewhere = adopted.iter().filter(|cause| cause.recording.as_ref().is_some_and(|own| *own != recording));
@@ -15,20 +15,20 @@ pub fn absent(adopted: &[Adopted], drive: &Drive) -> Vec<(Symbol, f64)> {
     symbols.filter_map(|symbol| symbol.neutral().map(|neutral| (*symbol, neutral))).collect()
 }
 
-/// Candidates with parameters that do nothing in some of the cases. (A calibration asks for the final feasibility of its result with
-/// the events everywhere; it takes a neighbour that is as good then.)
+/// Evaluates candidates with parameters that do nothing in some of the cases. (A calibration checks the feasibility of its result with the
+/// events in all cases; otherwise it takes a neighbour that is as good.)
 pub struct EventMask {
     lanes: Lanes,
     absent: Vec<Vec<(Symbol, f64)>>,
 }
 
 impl EventMask {
-    /// Lanes in f64, so that no other evaluator scores a candidate of a search; and what is absent, case by case.
+    /// Takes lanes in f64, so that no other evaluator scores a candidate of a search, and the absent parameters of each case.
     pub fn new(lanes: Lanes, absent: Vec<Vec<(Symbol, f64)>>) -> EventMask {
         EventMask { lanes, absent }
     }
 
-    /// The candidates of a job as they are in its case.
+    /// The candidates of a job with the absent parameters of its case replaced.
     fn here(&self, job: &Job<'_>) -> Population {
         let symbols = job.population.symbols();
         let mut here = Population::new(symbols);

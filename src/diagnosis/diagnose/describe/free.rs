@@ -1,4 +1,4 @@
-//! Free simulations of a drive, by the lanes in f64: the text itself, extensions included.
+//! Free simulations of a drive by the lanes in f64, extensions included.
 
 use super::event_mask::absent;
 use super::gain::GainError;
@@ -12,7 +12,7 @@ use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 use serde::{Deserialize, Serialize};
 
-/// The parameters in a drive: those of the events of other recordings do nothing.
+/// The parameters on a drive: events of other recordings do nothing.
 fn happening(parameters: &Parameters, adopted: &[Adopted], drive: &Drive) -> Parameters {
     let mut here = *parameters;
     absent(adopted, drive).into_iter().for_each(|(symbol, neutral)| here.set(symbol, neutral));
@@ -28,36 +28,35 @@ pub struct Free {
     pub simulated: [Vec<f64>; 3],
     /// Simulated minus measured.
     pub errors: [Vec<f64>; 3],
-    /// True if it came to the end.
+    /// True if it reaches the end of the drive.
     pub complete: bool,
 }
 
-/// A free simulation of the base model that does not come to the end of its drive.
+/// A free simulation of the base model that does not reach the end of its drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct BrokenOffEntry {
     /// The drive, as in `drives`.
     pub label: String,
     /// When it ends \[s\], in the file's own time.
     pub time_s: f64,
-    /// True if it runs into the car ahead; else what it computes is no number any more.
+    /// True if the car collides with the car ahead; otherwise the simulation gives a value that is not finite.
     pub crash: bool,
 }
 
 impl BrokenOffEntry {
-    /// In words.
+    /// The message.
     #[must_use]
     pub fn told(&self) -> String {
         let BrokenOffEntry { label, time_s, crash } = self;
-        let what = if *crash { "runs into the car ahead" } else { "breaks off" };
+        let what = if *crash { "collides with the car ahead" } else { "ends early" };
         format!("{label}: the base model {what} at t = {time_s:.1} s (all errors end there)")
     }
 }
 
-/// Simulates a model on every drive; `bounds` say how far back a delay reaches. Events that belong to one recording do not happen in
-/// the others. Runs of two variants that are compared name each other as `beside`, and begin at the same samples.
+/// Simulates a model on every drive; `bounds` give the longest delay. Events of one recording do not happen in the others. For two variants
+/// to be compared, name the other one as `beside`; both then start at the same samples.
 ///
-/// # Errors
-/// When a drive has not what the variant needs, or the text cannot run.
+/// # Errors When a drive lacks data of the variant, or the text cannot run.
 pub fn free<'a>(
     drives: impl IntoIterator<Item = &'a Drive>,
     [variant, beside]: [Variant; 2],

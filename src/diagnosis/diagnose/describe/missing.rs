@@ -1,9 +1,9 @@
-//! The missing acceleration d(t), sorted: against speed, leader acceleration, grade, gap error and place, with its uncertainty.
+//! The missing acceleration d(t), with its uncertainty, against speed, leader acceleration, grade, gap error and place.
 
 use super::covariates::Covariates;
 use crate::diagnose::policy::POLICY;
 
-/// Classes of a profile; of a place there are as many as the road needs.
+/// Number of classes of a profile; a profile by place has as many as the road needs.
 const CLASSES: usize = 12;
 /// Length of a class of place \[m\].
 const PLACE_CLASS_M: f64 = 60.0;
@@ -15,18 +15,18 @@ const COMMON_PLACES: usize = 10;
 /// d(t) of one drive.
 #[derive(Debug, Clone, Copy)]
 pub struct Missing<'a> {
-    /// What surrounds the samples.
+    /// The quantities at each sample.
     pub scene: &'a Covariates,
-    /// Missing acceleration \[m/s²\], one per sample; NaN where there is none.
+    /// Missing acceleration \[m/s²\], one per sample; NaN if undefined.
     pub d: &'a [f64],
-    /// Gap minus the gap that the model wants \[m\], where the model wants one.
+    /// Gap minus desired gap \[m\], if the model has a desired gap.
     pub gap_error: Option<&'a [f64]>,
 }
 
 /// A class of a profile.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Class {
-    /// Its number; the next class begins where this one ends. None in results from before it was noted.
+    /// Its number; the next class begins where this one ends. `None` in older results.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub number: Option<usize>,
     /// Mean of the quantity in the class.
@@ -50,7 +50,7 @@ pub struct Profile {
     pub classes: Vec<Class>,
     /// Share of the variance of d that the class means explain.
     pub explained: f64,
-    /// Mean chi-squared of the class means against their common mean: about 1 where there is no dependence.
+    /// Mean chi-squared of the class means against their common mean: about 1 without a dependence.
     pub chi2: f64,
 }
 
@@ -59,16 +59,16 @@ pub struct Profile {
 pub struct Profiles {
     /// Root mean square of d \[m/s²\].
     pub rms: f64,
-    /// Against each quantity that is known.
+    /// Profiles against each known quantity.
     pub profiles: Vec<Profile>,
-    /// Mean correlation of the profiles by place between drives; none with one drive, or without a road.
+    /// Mean correlation between drives of the profiles by place; `None` for one drive, or without a road.
     pub repeats_by_place: Option<f64>,
 }
 
-/// A quantity sample by sample, where it is known.
+/// A quantity at each sample, if it is known.
 type Quantity = fn(&Missing) -> Option<Vec<f64>>;
 
-/// Sorts d; `None` if there is none.
+/// Sorts d; `None` without a value.
 #[must_use]
 pub fn profiles(drives: &[Missing]) -> Option<Profiles> {
     let values = || drives.iter().flat_map(|drive| drive.d).filter(|d| d.is_finite());
@@ -111,7 +111,7 @@ fn profile(name: &str, unit: &str, drives: &[(Vec<f64>, &Missing)], edges: Optio
         Some(edges) => edges.partition_point(|edge| *edge <= q),
         None => (q / PLACE_CLASS_M).floor().max(0.0) as usize,
     };
-    // Per class: sums over each block, so that what is correlated within a block counts once.
+    // Sums over each block, by class, so that correlated samples of a block count once.
     let mut classes: std::collections::BTreeMap<usize, Vec<[f64; 3]>> = std::collections::BTreeMap::new();
     let mut seconds = std::collections::BTreeMap::new();
     for (q, missing) in drives {
@@ -162,7 +162,7 @@ fn profile(name: &str, unit: &str, drives: &[(Vec<f64>, &Missing)], edges: Optio
     })
 }
 
-/// Mean correlation of d by place between every two drives.
+/// Mean correlation of d by place over all pairs of drives.
 fn repeats_by_place(drives: &[Missing]) -> Option<f64> {
     let profile = |missing: &Missing| {
         let place = missing.scene.place.as_ref()?;

@@ -1,4 +1,4 @@
-//! What the fitted models get right and wrong, in numbers: gains, what is missing, what is left.
+//! Describes the fitted models: gains, missing acceleration, unexplained structure.
 
 pub mod covariates;
 pub mod error_breakdown;

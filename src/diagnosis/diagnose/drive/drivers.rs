@@ -1,4 +1,4 @@
-//! Files of different drivers that are given as one car.
+//! Detects files of different drivers that are given as one car.
 
 use super::Drive;
 use crate::calibrate::{Apart, BoundSet, Overrides, SearchSpace, apart};
@@ -9,18 +9,18 @@ use crate::evaluator::{Case, EvaluateError};
 /// The name of the finding.
 pub const DIFFERENT: &str = "different_drivers";
 
-/// Drives that are hardly of one driver with one setting.
+/// Drives that probably have different drivers or settings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Different {
-    /// How many times as large the gap's error is by what other drives tell as by what the other half of the drive tells.
+    /// Error of the gap predicted from other drives, relative to that predicted from the other half of the same drive.
     pub ratio: f64,
     /// The file that differs.
     pub file: String,
-    /// In words.
+    /// The message.
     pub sentence: String,
 }
 
-/// Says so where the drives are hardly of one driver with one setting, by the law of the base; a drive that it cannot run on is left out.
+/// Reports drives that probably have different drivers or settings, by the law of the base; a drive on which it cannot run is left out.
 ///
 /// # Errors
 /// When the evaluator fails.
@@ -30,7 +30,7 @@ pub fn different_drivers(
     bounds: &Overrides,
     seed: u64,
 ) -> Result<Option<Different>, EvaluateError> {
-    // Wide ones: on a bound two drivers look alike.
+    // Wide bounds: with values on a bound, two drivers look alike.
     let mut wide = BoundSet::Human.overrides(&base);
     wide.extend(bounds.clone());
     let usable: Vec<(&Drive, Case)> =

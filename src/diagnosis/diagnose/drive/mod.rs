@@ -17,52 +17,52 @@ use crate::vehicle::Vehicle;
 use std::ops::Range;
 use std::sync::Arc;
 
-/// Share of a file that is trained on where no other file is held back.
+/// Share of a file to train on, if no other file is held back.
 pub const TRAINED_ON: f64 = 2.0 / 3.0;
-/// A gap that jumps by more than this against its own speeds \[m\] starts a new drive: another car cut in, or the radar lost it.
+/// Jump of the gap \[m\], beyond that by the speeds, that starts a new drive: another car cut in, or the radar lost the car ahead.
 const JUMP_M: f64 = 2.0;
-/// Pieces shorter than this \[s\] are left out: they say nothing about a law with time constants of seconds.
+/// Shorter pieces \[s\] are dropped: they show nothing about a law with time constants of seconds.
 const SHORTEST_S: f64 = 30.0;
-/// Positions closer than this count as one point of the road \[m\]: the car stands.
+/// Positions closer than this \[m\] count as one point of the road, because the car stands.
 const STANDING_M: f64 = 1e-3;
 /// Longest perception delay of a base model \[s\]: Table 3 of the paper.
 const TAU_P_UPPER: f64 = 0.8;
 
-/// What a law reads of the cars ahead beside gap and speed difference is read half a step ahead, as the nuisance lead reads those: an
+/// A law reads other quantities of the cars ahead half a step in advance, as the nuisance lead does for gap and speed difference: an
 /// acceleration that holds for a step comes late by that. In samples.
 const HALF_STEP: f64 = 0.5;
 
 /// A measured run without jumps: the follower as measured, the leader smoothed.
 #[derive(Debug, Clone)]
 pub struct Drive {
-    /// What the evaluators see. `v_l` (and `v_l2`, `s_l2`) are smoothed, `x_l` is their integral, `x_f` is what the measured
-    /// spacing leaves; `v_f` (with a sign for its noise at standstill) and `s` are as measured, `t` is the time of the file.
+    /// Input of the evaluators. `v_l` (and `v_l2`, `s_l2`) are smoothed, `x_l` is their integral, and `x_f` follows from it and the
+    /// measured spacing; `v_f` (with a sign for its noise at standstill) and `s` are as measured, `t` is the time of the file.
     pub trajectory: Trajectory,
     /// The leader's speed as measured \[m/s\].
     pub v_l_measured: Vec<f64>,
-    /// Measured position of the follower along the road \[m\], where a grade is looked up; a closed track is not wrapped.
+    /// Measured position of the follower along the road \[m\], for the grade; not wrapped on a closed track.
     pub x_road: Vec<f64>,
-    /// Length of the closed track \[m\], where its grade says so: the one in `trajectory` lies along this drive and does not repeat.
+    /// Length of the closed track \[m\], if its grade gives one; the grade in `trajectory` lies along this drive and does not repeat.
     pub lap: Option<f64>,
-    /// The follower, where known.
+    /// The follower, if known.
     pub vehicle: Option<Arc<Vehicle>>,
 }
 
-/// A gap that does not follow from its speeds.
+/// A jump of the gap that its speeds do not explain.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Jump {
     /// Label of the trajectory.
     pub label: String,
-    /// Time of the file at the first sample behind the jump \[s\].
+    /// Time of the file at the first sample after the jump \[s\].
     pub t: f64,
-    /// By how much the gap jumps \[m\].
+    /// Size of the jump \[m\].
     pub size: f64,
 }
 
 /// A trajectory that cannot be diagnosed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DriveError {
-    /// It is too short, or nothing is left between jumps of the gap.
+    /// It is too short, or jumps of the gap leave no piece.
     #[error("{label}: {}", too_short(*jumps, *longest))]
     TooShort {
         /// The trajectory.
@@ -72,7 +72,7 @@ pub enum DriveError {
         /// The longest piece \[s\].
         longest: f64,
     },
-    /// It is long enough, but not its parts.
+    /// It is long enough, but its parts are not.
     #[error(
         "{label}: it has {whole:.1} s, of which the last third ({held:.1} s) is held back; either part needs a stretch of {SHORTEST_S} s, \
          so {:.0} s in all; give a longer recording, or --holdout OTHER.csv, which leaves all of this one to the training",
@@ -81,9 +81,9 @@ pub enum DriveError {
     HeldBack {
         /// The trajectory.
         label: String,
-        /// All of it \[s\].
+        /// Its whole length \[s\].
         whole: f64,
-        /// What is held back \[s\].
+        /// The length held back \[s\].
         held: f64,
     },
 }
@@ -138,7 +138,7 @@ impl Drive {
         Ok((drives, jumps))
     }
 
-    /// The drive as the runs of a variant see it, under the convention `paper`; its delays reach as far back as these bounds say.
+    /// The case of a variant on this drive, under the convention `paper`; the bounds give the longest delay.
     ///
     /// # Errors
     /// As [`Case::new`].
@@ -147,8 +147,7 @@ impl Drive {
         self.case_within(variant, upper(Symbol::tau_p), variant.extensions.delay().and_then(upper))
     }
 
-    /// The same for a run that is compared with one of another variant: both begin where the later one has all of the past that it
-    /// needs.
+    /// The same for a comparison with another variant: both start where the later one has the past that it needs.
     ///
     /// # Errors
     /// As [`Case::new`].
@@ -158,7 +157,7 @@ impl Drive {
         Ok(Case { earliest: first(&case).max(first(&other)), ..case })
     }
 
-    /// The same with the longest perception delay of the base, and of an extension \[s\]; `None`: as long as usual.
+    /// The same with the longest perception delay of the base, and of an extension \[s\]; `None`: the usual one.
     pub(crate) fn case_within(
         &self,
         variant: Variant,
@@ -167,7 +166,7 @@ impl Drive {
     ) -> Result<Case, CaseError> {
         let (vehicle, longest) = (self.vehicle.as_deref(), tau_p_upper.unwrap_or(TAU_P_UPPER));
         let case = Case::new(&self.trajectory, variant, vehicle, Convention::PAPER, longest)?;
-        // A delay is shortened by the lead, for these as for everything else.
+        // The lead shortens the delay of these quantities, too.
         let ahead = if variant.delay || variant.extensions.delay().is_some() { 0.0 } else { HALF_STEP };
         let case = Case {
             a_l: Some(smoothed_acceleration(&self.v_l_measured, self.dt(), ahead).into()),
@@ -192,7 +191,7 @@ impl Drive {
         &self.trajectory.source.path
     }
 
-    /// The recording that this is a piece of: what happened in one piece of it lies in the past of the next.
+    /// The recording that this is a piece of. An event in one piece lies in the past of the next.
     #[must_use]
     pub fn recording(&self) -> String {
         let id = self.trajectory.id.as_ref().map_or_else(String::new, |id| format!(" trajectory {id}"));
@@ -211,10 +210,9 @@ impl Drive {
         self.trajectory.dt
     }
 
-    /// A part of its samples.
+    /// Some of its samples.
     ///
-    /// # Panics
-    /// If it has not so many.
+    /// # Panics If it has fewer samples.
     #[must_use]
     pub fn part(&self, range: Range<usize>) -> Drive {
         let cut = |values: &[f64]| values[range.clone()].to_vec();
@@ -229,14 +227,14 @@ impl Drive {
         }
     }
 
-    /// Moves everything by so much along the road \[m\], its grade with it.
+    /// Moves positions and grade along the road \[m\].
     pub(crate) fn move_along_the_road(&mut self, by: f64) {
         let Trajectory { x_l, x_f, grade, .. } = &mut self.trajectory;
         let nodes = grade.iter_mut().flat_map(|grade| &mut grade.x);
         x_l.iter_mut().chain(x_f).chain(&mut self.x_road).chain(nodes).for_each(|x| *x += by);
     }
 
-    /// Sine of the grade under the follower where it was measured to be, if the road is known.
+    /// Sine of the grade under the measured follower, if the road is known.
     #[must_use]
     pub fn sin_grade(&self) -> Option<Vec<f64>> {
         let grade = self.trajectory.grade.as_ref()?;
@@ -244,7 +242,7 @@ impl Drive {
     }
 }
 
-/// Samples before which the gap jumps, with the size of the jump \[m\].
+/// Samples after a jump of the gap, with its size \[m\].
 fn jumps(trajectory: &Trajectory) -> Vec<(usize, f64)> {
     let Trajectory { s, v_l, v_f, dt, .. } = trajectory;
     let dv = |i: usize| v_l[i] - v_f[i];
@@ -257,8 +255,8 @@ fn piece(whole: &Trajectory, range: &Range<usize>, label: String, vehicle: Optio
     let speed = |v: &[f64]| -> Vec<f64> { smoothed(v, whole.dt).into_iter().map(|v| v.max(0.0)).collect() };
     let (v_l_measured, s, x_road) = (cut(&whole.v_l), cut(&whole.s), cut(&whole.x_f));
     let v_l = speed(&v_l_measured);
-    // The simulated follower keeps its distance to the leader, so only the leader's way from sample to sample matters, and that
-    // is the integral of its speed; the gap as a second measure of it would carry the follower's own noise into its leader.
+    // The simulated follower keeps its distance to the leader, so only the leader's displacement per sample matters, and that is the
+    // integral of its speed. The gap as a second measure of it would add the follower's noise to its leader.
     let x_l = integrate(whole.x_l[range.start], &v_l, whole.dt);
     let x_f: Vec<f64> = x_l.iter().zip(&s).map(|(x_l, s)| x_l - s - whole.len_l).collect();
     let lap = whole.grade.as_ref().and_then(|grade| grade.period);
@@ -283,14 +281,14 @@ fn piece(whole: &Trajectory, range: &Range<usize>, label: String, vehicle: Optio
     Drive { trajectory, v_l_measured, x_road, lap, vehicle }
 }
 
-/// A signal this share of a sample later.
+/// A signal later by this share of a sample.
 fn later(signal: &[f64], share: f64) -> Arc<[f64]> {
     let next = signal.iter().skip(1).chain(signal.last());
     signal.iter().zip(next).map(|(now, next)| now + share * (next - now)).collect()
 }
 
-/// The grade along this drive, over the positions that follow from the leader's integrated speed: these drift by metres from the
-/// measured ones, which stay the ones that say where on the road the car is.
+/// The grade along this drive, over positions from the leader's integrated speed. These drift by metres from the measured positions, which
+/// still give the place on the road.
 fn along(grade: &Grade, x_f: &[f64], x_road: &[f64]) -> Grade {
     let (mut x, mut sin): (Vec<f64>, Vec<f64>) = (Vec::new(), Vec::new());
     for (&at, &measured) in x_f.iter().zip(x_road) {
@@ -299,11 +297,11 @@ fn along(grade: &Grade, x_f: &[f64], x_road: &[f64]) -> Grade {
             sin.push(grade.at(measured));
         }
     }
-    // Tables need cells of similar width; a simulated follower may also run some way ahead of the measured one.
+    // Tables need cells of similar width, and a simulated follower may be ahead of the measured one.
     thinned(&x, &sin, grade)
 }
 
-/// Nodes about a metre apart: what the evaluators tabulate in equal cells without needing millions of them.
+/// Nodes about a metre apart: the evaluators tabulate the grade in equal cells, and millions of them would be too many.
 fn thinned(x: &[f64], sin: &[f64], grade: &Grade) -> Grade {
     const NODE_M: f64 = 1.0;
     let dense = Grade { x: x.to_vec(), sin: sin.to_vec(), period: None, source: None };
@@ -315,16 +313,15 @@ fn thinned(x: &[f64], sin: &[f64], grade: &Grade) -> Grade {
     Grade { x, sin, period: None, source: grade.source.clone() }
 }
 
-/// The beginning of a trajectory, to be trained on, and its end, to be held back.
+/// The first part of a trajectory, to train on, and the rest, to hold back.
 #[must_use]
 pub fn hold_back(trajectory: &Trajectory) -> [Trajectory; 2] {
     trajectory.split((TRAINED_ON * trajectory.len() as f64).round() as usize)
 }
 
-/// The drives of the beginning and of the end.
+/// The drives of the two parts.
 ///
-/// # Errors
-/// As [`Drive::of`]; [`DriveError::HeldBack`] where the whole file would be long enough.
+/// # Errors As [`Drive::of`]; [`DriveError::HeldBack`] if only the whole file is long enough.
 pub fn drives_apart(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> Result<[Vec<Drive>; 2], DriveError> {
     let parts = hold_back(trajectory);
     let seconds = |part: &Trajectory| part.len() as f64 * part.dt;
@@ -384,7 +381,7 @@ mod tests {
         }
     }
 
-    /// Delays reach back as far as bounds say, and one lap is as long as its grade says.
+    /// The bounds give the longest delay, and the grade gives the length of a lap.
     #[test]
     fn bounds_and_the_closed_track_are_kept() {
         let mut measured = trajectory();

@@ -1,22 +1,21 @@
-//! The road under the drives: where it repeats, and where on it a drive was whose positions nobody measured.
+//! The road under the drives: where it repeats, and where a drive without measured positions was on it.
 
 use super::Drive;
 
 /// Distance of the points at which grades are compared \[m\].
 const NODE: f64 = 5.0;
-/// The shortest lap, and the least that two stretches have to have in common, in such points: 400 m.
+/// Number of points of the shortest lap, and smallest overlap of two stretches: 400 m.
 const SHORTEST: usize = 80;
-/// Scatter of two stretches around their common grade, as a share of its variance: below the first they are the same, above the second
-/// they are not.
+/// Scatter of two stretches around their common grade, as a share of its variance: below the first they are the same, above the second they
+/// differ.
 const SAME: f64 = 0.02;
 const OTHER: f64 = 0.1;
 /// Variance of the sine of the grade below which a road is level.
 const LEVEL: f64 = 1e-8;
 
-/// Puts drives on the road of the first one: where no positions were measured every drive begins at 0, and what repeats with the place
-/// cannot be seen in two of them. Where the grade of a drive contradicts that of the first one, but is the same further along the road,
-/// its positions are moved there; all others stay. Nothing but the place changes. Returns by how much each was moved \[m\]; `None` for
-/// one that stayed.
+/// Puts drives on the road of the first one. Without measured positions every drive begins at 0, so an effect that repeats with the place
+/// would not line up. If the grade of a drive contradicts that of the first one but matches it further along the road, its positions move
+/// there; all other drives stay. Only positions change. Returns the displacement of each \[m\]; `None` for one that stayed.
 pub fn on_the_road_of(first: &Drive, others: &mut [Drive]) -> Vec<Option<f64>> {
     let profile = Profile::of(first);
     let moved = |drive: &mut Drive| {
@@ -27,7 +26,7 @@ pub fn on_the_road_of(first: &Drive, others: &mut [Drive]) -> Vec<Option<f64>> {
     others.iter_mut().map(moved).collect()
 }
 
-/// By how much a profile has to be moved to lie on another one \[m\], if it contradicts that where it is and fits it elsewhere.
+/// Displacement of a profile \[m\] at which it matches another one, if it contradicts that at its own positions.
 fn further(profile: &Profile, other: &Profile) -> Option<f64> {
     let variance = variance(&profile.sin);
     if variance < LEVEL {
@@ -45,7 +44,7 @@ fn further(profile: &Profile, other: &Profile) -> Option<f64> {
     (share < SAME).then_some(profile.from + shift as f64 * NODE - other.from)
 }
 
-/// Length of a lap \[m\]: that of the closed track, or else the shortest one after which the grade of every drive repeats.
+/// Length of a lap \[m\]: that of the closed track, or the shortest one after which the grade of every drive repeats.
 #[must_use]
 pub fn lap(drives: &[Drive]) -> Option<f64> {
     if let Some(lap) = drives.iter().find_map(|drive| drive.lap) {
@@ -78,8 +77,8 @@ impl Profile {
         Some(Profile { from, sin: (0..count).map(|i| grade.at(from + i as f64 * NODE)).collect() })
     }
 
-    /// Mean squared scatter of both around their mean, where the other one begins so many points after this one (before it, if below 0);
-    /// `None` if fewer than `least` points are in both.
+    /// Mean squared scatter of both around their mean, if the other one begins `shift` points after this one (before it, if negative);
+    /// `None` if they share fewer than `least` points.
     fn scatter(&self, other: &Profile, shift: isize, least: usize) -> Option<f64> {
         let skip = |back: isize| usize::try_from(back).unwrap_or(0);
         let (mine, theirs) = (self.sin.get(skip(shift)..)?, other.sin.get(skip(-shift)..)?);
@@ -88,7 +87,7 @@ impl Profile {
     }
 }
 
-/// Half the sum of squared differences: the scatter around the mean of both.
+/// Half the sum of squared differences, which is the scatter around the mean of both.
 fn apart(a: &[f64], b: &[f64]) -> f64 {
     0.5 * a.iter().zip(b).map(|(a, b)| (a - b).powi(2)).sum::<f64>()
 }
@@ -98,8 +97,8 @@ fn variance(sin: &[f64]) -> f64 {
     sin.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / sin.len().max(1) as f64
 }
 
-/// The first shift after which a profile repeats to 2 % of its variance, best of those around it: after two laps it repeats as well,
-/// and whether that fits the points better is chance.
+/// The first shift after which a profile repeats to 2 % of its variance, best of those around it. It also repeats after two laps, and may
+/// match better there by chance.
 fn repeats(sin: &[f64], variance: f64) -> Option<usize> {
     let share = |shift: usize| apart(sin, &sin[shift..]) / (sin.len() - shift) as f64 / variance;
     let shares: Vec<f64> = (SHORTEST..sin.len().saturating_sub(SHORTEST)).map(share).collect();
@@ -107,7 +106,7 @@ fn repeats(sin: &[f64], variance: f64) -> Option<usize> {
     while let Some(begin) = (from..shares.len()).find(|&i| shares[i] < SAME) {
         let end = (begin..shares.len()).find(|&i| shares[i] >= SAME).unwrap_or(shares.len());
         let least = (begin..end).min_by(|&a, &b| shares[a].total_cmp(&shares[b])).expect("one at least");
-        // At an end of what can be compared it may fall on.
+        // The scatter may still fall at the end of the range.
         if least > 0 && least + 1 < shares.len() {
             return Some(SHORTEST + least);
         }
@@ -122,7 +121,7 @@ mod tests {
     use crate::plant;
     use crate::trajectory::{Preparation, import, prepare};
 
-    /// Three laps of the authors' 5757.9 m, 1151.58 points: after two laps the points come closer to each other than after one.
+    /// Three laps of the authors' 5757.9 m, 1151.58 points: after two laps the points are closer to each other than after one.
     #[test]
     fn a_lap_is_one_lap() {
         let sin = |i: usize| {
@@ -132,7 +131,7 @@ mod tests {
         let profile: Vec<f64> = (0..3600).map(sin).collect();
         let variance = 0.5 * (0.02_f64.powi(2) + 0.01_f64.powi(2) + 0.008_f64.powi(2));
         assert_eq!(repeats(&profile, variance), Some(1152));
-        // One lap and a bit, and a road that changes so slowly that it nearly repeats after 400 m.
+        // A little more than one lap, and a road that changes so slowly that it nearly repeats after 400 m.
         assert_eq!(repeats(&profile[..1400], variance), Some(1152));
         assert_eq!(repeats(&profile[..1200], variance), None);
         let slow: Vec<f64> = (0..3600).map(|i| (i as f64 / 2000.0).sin()).collect();
@@ -159,14 +158,14 @@ mod tests {
         assert!(moved(0, &first).abs() <= NODE, "{}", moved(0, &first));
         assert_eq!(told.iter().map(Option::is_some).collect::<Vec<_>>(), [true, false, false]);
         assert!((told[0].expect("moved") - 1234.0).abs() <= NODE, "{told:?}");
-        // The grade and the measured positions came along.
+        // The grade and the measured positions moved, too.
         let (x_f, grade) = (&drives[0].trajectory.x_f, drives[0].trajectory.grade.as_ref().expect("in the file"));
         let at_first = first.trajectory.grade.as_ref().expect("in the file");
         for (x, own) in x_f.iter().zip(&first.trajectory.x_f) {
             assert!((grade.at(*x) - at_first.at(*own)).abs() < 1e-6);
         }
         assert!((drives[0].x_road[0] - first.x_road[0]).abs() <= NODE);
-        // Who is where the grade says so, and who drives elsewhere, stay.
+        // A drive stays if its grade says so, or if it is on another road.
         assert!((moved(1, &first), moved(2, &other)) == (0.0, 0.0), "{} {}", moved(1, &first), moved(2, &other));
     }
 }

@@ -1,21 +1,21 @@
-//! A measured speed freed of its noise, as far as the noise needs it.
+//! Smooths a measured speed as much as its noise requires.
 
 use crate::statistics::upper_median;
 use nalgebra::{Matrix2, RowVector2, Vector2};
 
-/// Smallest and largest smoothness that is tried: intensity of the jerk over the variance of the noise, ln(1/s³).
+/// Smallest and largest smoothness: intensity of the jerk over the variance of the noise, ln(1/s³).
 const RANGE: (f64, f64) = (-7.0, 23.0);
-/// Values that are tried first.
+/// Number of values in the first grid.
 const TRIED: usize = 31;
-/// Halvings of the distance between them.
+/// Number of halvings of the grid spacing.
 const HALVINGS: usize = 6;
-/// Variance of what is not known at the beginning, in variances of the noise.
+/// Variance of the unknown initial state, relative to that of the noise.
 const UNKNOWN: f64 = 1e9;
 
-/// The speed of a car whose acceleration wanders (its jerk is white), measured with white noise: the Rauch-Tung-Striebel smoother, which
-/// is a cubic smoothing spline (Wahba 1978, J. R. Stat. Soc. B 40, 364-372), with the likeliest smoothness. A filter or a lag in the
-/// model predicts better from a noisy leader although the car has none, and a leader whose accelerations are blunted makes others; this
-/// takes as little of either as the noise allows. `y` \[m/s\] in steps of `dt` \[s\].
+/// The speed of a car whose acceleration wanders (its jerk is white), measured with white noise: the Rauch-Tung-Striebel smoother, a cubic
+/// smoothing spline (Wahba 1978, J. R. Stat. Soc. B 40, 364-372), with the likeliest smoothness. With too little smoothing, a filter or a
+/// lag predicts better although the car has none; with too much, blunted accelerations of the leader suggest other causes. `y` \[m/s\] in
+/// steps of `dt` \[s\].
 pub fn smoothed(y: &[f64], dt: f64) -> Vec<f64> {
     if y.len() < 4 {
         return y.to_vec();
@@ -37,8 +37,8 @@ pub fn smoothed(y: &[f64], dt: f64) -> Vec<f64> {
     Filtered::new(y, dt, best.1.exp()).smoothed()
 }
 
-/// Standard deviation of white noise on a smooth signal: from third differences, whose variance is 20 times its own. The median
-/// of them, so that events do not count.
+/// Standard deviation of white noise on a smooth signal, from the median of third differences, so that events do not count. The variance of
+/// third differences is 20 times that of the noise.
 #[must_use]
 pub fn rough(y: &[f64]) -> f64 {
     let size = y.windows(4).map(|w| (w[3] - 3.0 * w[2] + 3.0 * w[1] - w[0]).abs());
@@ -47,7 +47,7 @@ pub fn rough(y: &[f64]) -> f64 {
     median / 0.6745 / 20.0_f64.sqrt()
 }
 
-/// Speed and acceleration as the samples up to each one tell them, with their covariance in variances of the noise.
+/// Filtered speed and acceleration, from the samples up to each one, with their covariance relative to the noise variance.
 struct Filtered {
     transition: Matrix2<f64>,
     predicted: Vec<(Vector2<f64>, Matrix2<f64>)>,
@@ -72,7 +72,7 @@ impl Filtered {
             let now = (mean + gain * innovation, (Matrix2::identity() - gain * seen) * covariance);
             updated.push(now);
             state = (transition * now.0, transition * now.1 * transition.transpose() + wander);
-            // The first two say where it begins.
+            // The first two samples give the initial state.
             if i > 1 {
                 squares += innovation * innovation / variance;
                 logs += variance.ln();
@@ -84,7 +84,7 @@ impl Filtered {
         Filtered { transition, predicted, updated, log_likelihood }
     }
 
-    /// The speed as all samples tell it.
+    /// Smoothed speed, from all samples.
     fn smoothed(&self) -> Vec<f64> {
         let last = self.updated.len() - 1;
         let mut mean = self.updated[last].0;
@@ -110,7 +110,7 @@ mod tests {
     use crate::trajectory::savitzky_golay::SavitzkyGolay;
     use rand::RngExt;
 
-    /// A car that speeds up and slows down by 1 m/s² in turn, every 4 s.
+    /// A car that alternately accelerates and brakes by 1 m/s², every 4 s.
     fn zigzag(noise: f64) -> (Vec<f64>, Vec<f64>) {
         let mut rng = stream(1, 0, 0, 0);
         let true_speed = |i: usize| 20.0 + 4.0 * ((i as f64 / 40.0) % 2.0 - 1.0).abs();
@@ -120,14 +120,15 @@ mod tests {
         (truth, measured)
     }
 
-    /// What is left of the noise, or was done to the turns \[m/s\].
+    /// Remaining error of noise and blunted turns \[m/s\].
     fn error(noise: f64, smoothed: impl Fn(&[f64]) -> Vec<f64>) -> f64 {
         let (truth, measured) = zigzag(noise);
         let squares = smoothed(&measured).iter().zip(&truth).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
         (squares / truth.len() as f64).sqrt()
     }
 
-    /// Whatever the noise, less is left than by a window of 15 samples; with precise sensors that blunts the turns by ten times the noise.
+    /// Whatever the noise, the error is smaller than with a window of 15 samples, which, with precise sensors, blunts the turns by ten
+    /// times the noise.
     #[test]
     fn noise_goes_and_turns_stay() {
         let ours = |noise: f64| error(noise, |y| smoothed(y, 0.1));

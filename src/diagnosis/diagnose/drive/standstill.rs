@@ -1,24 +1,23 @@
 //! The sign of the noise of a speed at standstill.
 //!
-//! A sensor that counts turns of a wheel reads no negative speed, and [`prepare`](crate::trajectory::prepare) sets it to zero: noise around
-//! zero comes out on one side, and its mean, up to 0.8 standard deviations, is taken for a speed that no model of a standing car has.
+//! A sensor that counts wheel revolutions reads no negative speed, and [`prepare`](crate::trajectory::prepare) sets it to zero. Noise
+//! around zero is then one-sided, and its mean, up to 0.8 standard deviations, looks like a speed that no model of a standing car has.
 
 use super::smoothing::rough;
 use crate::optimize::normal;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// A car stands within so many samples in a row, if a speed of zero explains them.
+/// Samples in a row in which a car stands if a speed of zero explains them.
 const STRETCH: usize = 21;
-/// Root mean square of such a stretch, at most so many standard deviations of the noise: noise alone has 1, and one in seven of its
-/// stretches is above. A sample counts if any stretch that it is in does.
+/// Largest root mean square of such a stretch, in standard deviations of the noise: noise alone has 1, and one in seven of its stretches is
+/// above. A sample counts as standing if any stretch with it does.
 const ALONE: f64 = 1.15;
-/// Share of exact zeros between which they are negative readings that were set to zero: fewer come from rounding, more from a car
-/// whose sensor knows that it stands.
+/// Share of exact zeros at which they are negative readings set to zero. Fewer come from rounding, more from a sensor that detects
+/// standstill.
 const CUT_OFF: std::ops::Range<f64> = 0.2..0.8;
 
-/// A speed \[m/s\] with a sign for each reading at standstill, where it has none: by chance, as noise around zero has, and the same every
-/// time. `stream` tells the signals of a drive apart.
+/// A speed \[m/s\] with a random but reproducible sign for each reading at standstill. `stream` differs between the signals of a drive.
 pub(crate) fn with_signs(v: &[f64], stream: u64) -> Vec<f64> {
     let mut signed = v.to_vec();
     let noise = rough(v);
@@ -40,10 +39,10 @@ pub(crate) fn with_signs(v: &[f64], stream: u64) -> Vec<f64> {
     signed
 }
 
-/// The samples at which a speed of zero explains what is read.
+/// Samples that a speed of zero explains.
 fn standing(v: &[f64], noise: f64) -> Vec<usize> {
     let most = (ALONE * noise).powi(2) * STRETCH as f64;
-    // What was set to zero was as large as anything else that is noise.
+    // A reading that was set to zero was as large as the rest of the noise.
     let square = |v: &f64| if *v == 0.0 { noise * noise } else { v * v };
     let mut stands = vec![false; v.len()];
     for (from, stretch) in v.windows(STRETCH).enumerate() {
@@ -92,7 +91,7 @@ mod tests {
         assert!(mean_at_rest(&signed).abs() < 4.0 * NOISE / 300.0_f64.sqrt(), "{}", mean_at_rest(&signed));
         let rms = (signed[600..900].iter().map(|v| v * v).sum::<f64>() / 300.0).sqrt();
         assert!((rms / NOISE - 1.0).abs() < 0.15, "{rms}");
-        assert!(v.iter().zip(&signed).all(|(v, signed)| *v == 0.0 || v == signed), "what was read is kept");
+        assert!(v.iter().zip(&signed).all(|(v, signed)| *v == 0.0 || v == signed), "the readings are kept");
     }
 
     #[test]

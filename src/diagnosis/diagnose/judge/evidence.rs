@@ -1,4 +1,4 @@
-//! What a cause gains where it was not fitted, and what it has to gain.
+//! The gain of a cause on data that it was not fitted to, and its threshold.
 
 use super::Validated;
 use crate::diagnose::likelihood::observer::Noise;
@@ -6,14 +6,14 @@ use crate::diagnose::policy::POLICY;
 use crate::diagnose::search::fitted_model::{Context, is_local};
 use crate::extension::Extension;
 
-/// True for a gain on all training data that is worth a cross-fit.
+/// True if a gain on all training data is worth a cross-fit.
 #[must_use]
 pub fn is_hopeful(gain: f64, need: f64) -> bool {
     gain > POLICY.judged * need
 }
 
-/// What a cause has to gain \[nats\]: 2 ln(K / alpha) for K causes, inflated by the correlation of the innovations, and more in noise of
-/// sensors that lasts, before and after the likeliest cause; and a share of what the causes before it explain \[nats\].
+/// The threshold of a cause \[nats\]: 2 ln(K / alpha) for K causes, inflated by the correlation of the innovations, and more in sensor
+/// noise that lasts, before and after the likeliest cause; plus a share of the evidence of earlier causes \[nats\].
 #[must_use]
 pub fn need(setting: &Context<'_>, inflation: f64, noises: [&Noise; 2], explained: f64) -> f64 {
     let causes = setting.question.causes.len().max(1) as f64;
@@ -22,7 +22,7 @@ pub fn need(setting: &Context<'_>, inflation: f64, noises: [&Noise; 2], explaine
     2.0 * (causes / POLICY.alpha).ln() * inflation * factor + POLICY.left_by_others * explained
 }
 
-/// Difference of evidence below which two causes are not told apart \[nats\], the better of which has so much evidence.
+/// Difference of evidence below which the data do not distinguish two causes \[nats\]; `evidence` is that of the better one.
 #[must_use]
 pub fn margin(inflation: f64, evidence: f64) -> f64 {
     (POLICY.close * inflation).max(POLICY.alike * evidence)
@@ -35,15 +35,15 @@ pub struct Evidence {
     pub gain: f64,
     /// Gain held out, sum of both folds, less the charge for searched times \[nats\].
     pub held: f64,
-    /// The same per fold, without the charge.
+    /// The same for each fold, without the charge.
     pub folds: [f64; 2],
-    /// For a cause that acts in one stretch only: the gain on all training data, less the charge \[nats\]. Where the stretch lies in one
-    /// fold, the other one has nothing to fit it on.
+    /// For a cause that acts in one stretch only: the gain on all training data, less the charge \[nats\]. If the stretch lies in one fold,
+    /// the other one has nothing to fit it to.
     pub local: Option<f64>,
 }
 
 impl Evidence {
-    /// Of a model with a cause over one without.
+    /// Evidence of a model with a cause over one without.
     #[must_use]
     pub fn of(setting: &Context<'_>, cause: &Extension, with: Validated<'_>, without: Validated<'_>) -> Evidence {
         let folds = with.1.gain(without.1).0;
@@ -55,8 +55,8 @@ impl Evidence {
         Evidence { gain, held: folds[0] + folds[1] - charge, folds, local }
     }
 
-    /// What counts when evidence is compared: where the base fails on the other fold the held-out gain explodes, so not more than
-    /// the gain on all data. Of what acts in one stretch only, the latter.
+    /// The evidence for comparisons: the held-out gain, at most the gain on all data, because the held-out gain explodes if the base fails
+    /// on the other fold. For a cause that acts in one stretch only, the gain on all data.
     #[must_use]
     pub fn counts(&self) -> f64 {
         self.local.unwrap_or_else(|| self.held.min(self.gain))
@@ -69,7 +69,7 @@ mod tests {
     use crate::calibrate::Overrides;
     use crate::diagnose::made_up;
 
-    /// One cause: 2 ln 100 = 9.2103 nats, times the inflation; what others explain comes on top, and is not multiplied.
+    /// One cause: 2 ln 100 = 9.2103 nats, times the inflation; the share of earlier causes is added and not multiplied.
     #[test]
     fn more_is_needed_in_lasting_noise_and_of_later_causes() {
         let drives = [made_up::drive("made_up.csv", 0.0)];

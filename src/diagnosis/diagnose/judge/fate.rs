@@ -1,29 +1,29 @@
-//! What became of a cause that was tried, and what spoke against it.
+//! The fate of a cause that was tried, and the objection to it.
 
 use std::fmt;
 
-/// Why a cause that gains is no name. `Display` says it after "it is not the cause: ".
+/// Why a cause that gains is not named. `Display` follows "it is not the cause: ".
 #[derive(Debug, Clone, PartialEq)]
 pub enum Objection {
-    /// Its evidence does not exceed what it needs \[nats\].
+    /// Its evidence does not exceed the threshold \[nats\].
     Weak {
         /// Its evidence.
         evidence: f64,
-        /// What it had to exceed.
+        /// The threshold.
         need: f64,
     },
-    /// Fitted on one half of the data it does not help on the other one.
+    /// Fitted on one fold, it does not gain on the other.
     OneFold,
-    /// Its size has a sign that only something else can have.
+    /// Its size has a sign that only another effect can have.
     WrongSign(Size),
     /// Its size lies on a bound.
     OnBound(Size),
-    /// A calibration has most of its effect in these parameters.
+    /// Other parameters absorb most of its effect.
     Absorbed {
         /// Their names.
         by: Vec<String>,
     },
-    /// It gains on the hold-out in too small a share of the bootstraps.
+    /// It gains in too few bootstraps of the hold-out.
     NoTransfer {
         /// That share.
         share: f64,
@@ -51,54 +51,54 @@ impl fmt::Display for Objection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Objection::Weak { evidence, need } => write!(f, "{evidence:.1} nats, {need:.1} needed"),
-            Objection::OneFold => f.write_str("one fold speaks against it"),
+            Objection::OneFold => f.write_str("it loses on one of the two folds"),
             Objection::WrongSign(size) => write!(f, "{size} has the wrong sign"),
             Objection::OnBound(size) => write!(f, "{size} lies on its bound"),
             Objection::Absorbed { by } => write!(f, "a calibration absorbs it in {}", by.join(", ")),
             Objection::NoTransfer { share } => {
-                write!(f, "it gains on the hold-out in {:.0} % of the bootstraps only", 100.0 * share)
+                write!(f, "it gains in only {:.0} % of the bootstraps of the hold-out", 100.0 * share)
             }
         }
     }
 }
 
-/// What became of a cause in a round. `Display` is what a diagnosis prints.
+/// The fate of a cause in a round. `Display` is the text in a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Fate {
-    /// It was not cross-fitted, as it gains too little.
+    /// It gains too little to be cross-fitted.
     Screened,
-    /// It gains enough, but was not cross-fitted, as so many others gain more.
+    /// It gains enough, but other causes filled the list of those to cross-fit.
     NotListed {
-        /// How many are cross-fitted.
+        /// Number of causes that are cross-fitted.
         listed: usize,
     },
-    /// Something spoke against it.
+    /// A check rejected it.
     Stopped(Objection),
     /// The adopted one is likelier.
     LessLikely,
-    /// One that a calibration absorbs is likelier.
+    /// A cause that a calibration absorbs is likelier.
     LessLikelyThanAbsorbed {
-        /// Its name.
+        /// The name of that cause.
         other: String,
     },
     /// It is a rival of the adopted one.
     AsLikely {
-        /// The name of that.
+        /// The name of the adopted cause.
         adopted: String,
     },
     /// It is no likelier than the adopted one, and has more parameters.
     NoBetter {
-        /// The name of that.
+        /// The name of the adopted cause.
         adopted: String,
     },
     /// It became part of the model.
     Adopted,
-    /// It was adopted, and this speaks against it beside what was adopted later.
+    /// It was adopted, and dropped for this reason beside a later one.
     Dropped(Objection),
 }
 
 impl Fate {
-    /// Of a cause that is not cross-fitted although it may be hopeful: `listed` causes are.
+    /// The fate of a cause that is not cross-fitted; `hopeful` if it gains enough, `listed` is the number of causes that are.
     pub(crate) fn unjudged(hopeful: bool, listed: usize) -> Fate {
         if hopeful { Fate::NotListed { listed } } else { Fate::Screened }
     }
@@ -116,12 +116,12 @@ impl fmt::Display for Fate {
             Fate::Screened => f.write_str("gains too little on all training data"),
             Fate::NotListed { listed } => write!(f, "not judged: {listed} others gain more on all training data"),
             Fate::Stopped(objection) => objection.fmt(f),
-            Fate::LessLikely => f.write_str("less likely than the one adopted"),
+            Fate::LessLikely => f.write_str("less likely than the adopted one"),
             Fate::LessLikelyThanAbsorbed { other } => write!(f, "less likely than {other}, which is absorbed"),
-            Fate::AsLikely { adopted } => write!(f, "as likely as {adopted} within the threshold"),
+            Fate::AsLikely { adopted } => write!(f, "as likely as {adopted}, within the margin"),
             Fate::NoBetter { adopted } => write!(f, "no likelier than {adopted}, which has fewer parameters"),
             Fate::Adopted => f.write_str("adopted"),
-            Fate::Dropped(objection) => write!(f, "dropped again: in the end {objection}"),
+            Fate::Dropped(objection) => write!(f, "dropped later: {objection}"),
         }
     }
 }

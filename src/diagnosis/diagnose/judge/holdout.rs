@@ -1,4 +1,4 @@
-//! How a cause does on the hold-out.
+//! The test of a cause on the hold-out.
 
 use crate::diagnose::likelihood::streams;
 use crate::diagnose::policy::POLICY;
@@ -11,9 +11,9 @@ use rand::RngExt;
 /// Bootstraps of the hold-out.
 const DRAWS: u64 = 200;
 
-/// Share of block bootstraps of the hold-out in which a candidate beats another. With it, what the cause changes there \[nats\]. Draws in
-/// which it changes next to nothing, for it acts in a few blocks only that are not among them, have no vote. `alone` is how `current`
-/// does on the whole hold-out without knowing of the candidate; it is found once.
+/// Share of block bootstraps of the hold-out in which a candidate beats another, and the change by the cause there \[nats\]. Draws in which
+/// it changes almost nothing do not count, because they lack the few blocks in which it acts. `alone` caches the scores of `current` on the
+/// whole hold-out.
 ///
 /// # Errors
 /// As [`FittedModel::transfer`].

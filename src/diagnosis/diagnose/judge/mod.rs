@@ -1,4 +1,4 @@
-//! Whether a cause counts as found: what is asked of it, in this order, up to the first check that is not met.
+//! Decides whether a cause counts as found: checks in this order, up to the first that fails.
 
 pub mod evidence;
 pub mod fate;
@@ -19,22 +19,22 @@ use crate::symbols::SearchKind;
 /// A model and its held-out likelihood.
 pub type Validated<'a> = (&'a FittedModel, &'a CrossValidated);
 
-/// What is asked of a cause.
+/// The checks of a cause.
 #[derive(Debug)]
 pub struct Judgement<'a> {
     /// The cause.
     pub cause: &'static Extension,
-    /// What it gains.
+    /// Its gain.
     pub evidence: Evidence,
-    /// Everything that was asked, in this order; only the last check may be unmet.
+    /// All checks in this order; only the last one may have failed.
     pub checks: Vec<Check>,
-    /// What speaks against it, if anything does.
+    /// The objection, if a check failed.
     pub objection: Option<Objection>,
     models: [&'a FittedModel; 2],
 }
 
 impl<'a> Judgement<'a> {
-    /// Judges a model with a cause against one without, by what is known without another run. The evidence has to exceed `need` \[nats\].
+    /// Judges a model with a cause against one without, as far as no further run is needed. The evidence has to exceed `need` \[nats\].
     #[must_use]
     pub fn of(
         setting: &Context<'_>,
@@ -48,7 +48,7 @@ impl<'a> Judgement<'a> {
         let mut judgement =
             Judgement { cause, evidence, checks: Vec::new(), objection: None, models: [with.0, without.0] };
         judgement.ask(Check::above("evidence", counts, need), || Objection::Weak { evidence: counts, need });
-        // What acts in one stretch only happens in one fold.
+        // A cause that acts in one stretch only may lie in one fold.
         if local.is_none() {
             judgement.ask(Check::above("evidence of the weaker fold", first.min(second), 0.0), || Objection::OneFold);
         }
@@ -70,7 +70,7 @@ impl<'a> Judgement<'a> {
         }
     }
 
-    /// Whether the sizes of the cause are such that it can be a name.
+    /// Checks that the sizes of the cause allow a name.
     fn ask_sizes(&mut self, model: &FittedModel) {
         let value = |k: usize| model.fit.point.values[k];
         let symbol = |k: usize| model.model.symbols[k];
@@ -79,7 +79,7 @@ impl<'a> Judgement<'a> {
         let size =
             |k: usize| Size { name: symbol(k).name().to_owned(), value: value(k), unit: symbol(k).unit().to_owned() };
         let idle = |k: usize| symbol(k).neutral().is_none_or(|none| model.model.axes[k].same(value(k), none));
-        // As a whole it does nothing, so what gains is something else that was fitted again.
+        // The cause as a whole does nothing, so the gain comes from the refit of other parameters.
         let all_idle = sizes.iter().all(|&k| idle(k));
         let positive = self.cause.cause.as_ref().is_some_and(|traits| traits.positive);
         for k in sizes {
@@ -87,7 +87,7 @@ impl<'a> Judgement<'a> {
                 self.ask(Check::at_least(symbol(k).name(), value(k), 0.0), || Objection::WrongSign(size(k)));
             }
             let axis = model.model.axes[k];
-            // One of several sizes may be none.
+            // One of several sizes may be zero.
             if !axis.is_fixed() && (all_idle || !idle(k)) {
                 let name = format!("share of the range between {} and its bounds", symbol(k).name());
                 let check = Check::at_least(&name, axis.from_bound(value(k)), POLICY.same);
@@ -96,17 +96,17 @@ impl<'a> Judgement<'a> {
         }
     }
 
-    /// Whether a calibration makes up for most of its effect.
+    /// Checks that other parameters do not absorb most of its effect.
     fn ask_identifiability(&mut self, model: &FittedModel) {
         if self.passes() && self.cause.family() == ABSORBED {
             let (share, by) = identifiability(model, self.cause);
-            let name = "share of its effect that no other parameter has";
+            let name = "share of its effect that other parameters cannot absorb";
             self.ask(Check::at_least(name, share, POLICY.absorbed), || Objection::Absorbed { by });
         }
     }
 
-    /// Whether it also gains on the hold-out, if nothing speaks against it so far. Events need not recur there, nor must it reach what a
-    /// cause changes. `alone` as in [`transfers`].
+    /// Checks that it also gains on the hold-out, if no check has failed so far. Events need not recur there, and the hold-out need not
+    /// reach the states that a cause changes. `alone` as in [`transfers`].
     ///
     /// # Errors
     /// As [`transfers`].
@@ -125,7 +125,7 @@ impl<'a> Judgement<'a> {
     }
 }
 
-/// The family of causes that a calibration may make up for.
+/// The family of causes that a calibration may absorb.
 pub const ABSORBED: &str = "absorbed";
 
 #[cfg(test)]

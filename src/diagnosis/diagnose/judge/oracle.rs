@@ -1,4 +1,4 @@
-//! What the evidence would have been, had the search found the truth: tells failures of search from failures of evidence.
+//! The evidence if the search had found the truth: distinguishes failures of the search from lack of evidence.
 
 use super::Judgement;
 use super::evidence::need;
@@ -27,20 +27,19 @@ pub struct Known {
     pub folds: [f64; 2],
     /// Share of the bootstraps of the hold-out in which the causes gain.
     pub transfers: f64,
-    /// Missing acceleration that is left \[m/s²\], and its time constant \[s\].
+    /// Remaining missing acceleration \[m/s²\], and its time constant \[s\].
     pub noise: [f64; 2],
     /// Why the causes would not have been named; empty if they would.
     pub objection: String,
-    /// Of several causes, in the order of their names, what each gains beside the others on all training data \[nats\]; empty for one
-    /// cause.
+    /// For several causes, by name: the gain of each beside the others on all training data \[nats\]; empty for one cause.
     #[serde(default)]
     pub parts: Vec<f64>,
     /// Estimates by name.
     pub estimates: Vec<(String, f64)>,
 }
 
-/// Fits the base of a question without causes, as a diagnosis does, and with them from known values, by the parameter's name. The order
-/// of the causes does not matter.
+/// Fits the base of a question without causes, as a diagnosis does, and with causes from known values, by parameter name. The order of the
+/// causes does not matter.
 ///
 /// # Errors
 /// As [`crate::diagnose::infer()`].
@@ -69,7 +68,7 @@ pub fn known(
     let (held, base_held) = (truth.cross_fit(&setting)?, base.cross_fit(&setting)?);
     let lead = [extension_named(LEAD).expect("a tool of the library")];
     let judged = if causes.is_empty() { &lead[..] } else { causes };
-    // What an event is excused from, a cause beside it is not: the least evidence counts, and the objection to any of them.
+    // The exemptions of an event do not apply to a cause beside it: the smallest evidence counts, and the first objection to any of them.
     let of =
         |cause: &&'static Extension| Judgement::of(&setting, cause, (&truth, &held), (&base, &base_held), threshold);
     let mut each: Vec<Judgement<'_>> = judged.iter().map(of).collect();
@@ -116,7 +115,7 @@ fn fitted_from(
     }
     let model = setting.model(variant, &[])?;
     let calibrated = model.adopt(&base.model, &base.fit.point.values);
-    // Everything as it was planted, and the causes on top of the base as it was calibrated.
+    // Two starts: all parameters as planted, and the planted causes added to the calibrated base.
     let (mut planted, mut added) = (calibrated.clone(), calibrated);
     for (name, value) in values {
         if let Some(k) = model.symbols.iter().position(|symbol| symbol.name() == name) {

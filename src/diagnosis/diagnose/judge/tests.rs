@@ -1,15 +1,15 @@
-//! What is asked of a cause, without fitting anything.
+//! Checks of a cause, without a fit.
 
 use super::*;
 use crate::calibrate::Overrides;
 use crate::diagnose::made_up::{self, candidate, cause};
 
-/// Held-out likelihood of so much in each fold.
+/// Held-out likelihoods with these sums in each fold.
 fn held(folds: [f64; 2]) -> CrossValidated {
     CrossValidated { folds: folds.map(|fold| vec![vec![fold]]) }
 }
 
-/// What is asked of a cause with some sizes that gains 900 nats on all data, and so much in each fold; it needs 20.
+/// Checks of a cause that gains 900 nats on all data and `folds` in each fold, where 20 are needed.
 fn judged(name: &str, sizes: &[f64], folds: [f64; 2]) -> (Vec<Check>, Option<Objection>) {
     let drives = [made_up::drive("made_up.csv", 0.0)];
     let bounds = Overrides::new();
@@ -30,12 +30,12 @@ fn a_limit_that_limits_nothing_is_no_name() {
     let objection = |name: &str, sizes: &[f64]| judged(name, sizes, [400.0; 2]).1;
     assert!(matches!(objection("accel_cap", &[4.0]), Some(Objection::OnBound(_))));
     assert_eq!(objection("accel_cap", &[1.3]), None);
-    // One of two lags may be none.
+    // One of two lags may be zero.
     assert_eq!(objection("asym_lag", &[0.4, 0.0]), None);
     assert!(matches!(objection("asym_lag", &[0.0, 0.0]), Some(Objection::OnBound(_))));
 }
 
-/// Both folds have to gain, whatever the sum. What is asked is listed up to the check that is not met.
+/// Both folds have to gain, whatever the sum. The list ends with the first check that fails.
 #[test]
 fn a_fold_that_loses_objects() {
     let asked = |folds: [f64; 2]| judged("accel_cap", &[1.3], folds);
@@ -51,7 +51,7 @@ fn a_fold_that_loses_objects() {
     assert_eq!(asked([12.0, 6.0]), (vec![Check::above("evidence", 18.0, 20.0)], Some(weak)));
 }
 
-/// What a drag changes there can be said; of an event the hold-out says nothing.
+/// The hold-out shows the effect of drag, and nothing about an event.
 #[test]
 fn an_event_need_not_recur() {
     let (train, holdout) = ([made_up::drive("made_up.csv", 0.0)], [made_up::drive("held.csv", 0.0)]);

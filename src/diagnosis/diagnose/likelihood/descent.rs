@@ -8,11 +8,11 @@ use super::streams;
 use crate::diagnose::question::DiagnoseError;
 use crate::optimize::{Descent, DescentSettings, Merit, Optimizer, Origin, SearchBox, Start};
 
-/// Evaluations and population of a descent.
+/// Evaluations and population of a run of CMA-ES.
 const DESCENT: (u64, usize) = (3000, 50);
 
-/// The best that CMA-ES finds around a point along the axes that are not fixed, with the noise as it is, in what the masks show; its first
-/// step as a share of the ranges. Each `turn` of a `seed` draws numbers of its own. `None` if no run comes to its end.
+/// The best point that CMA-ES finds around a point, along the axes that are not fixed, with fixed noise, on the samples of the masks.
+/// `step` is its first step as a share of the ranges. Each `turn` of a `seed` draws its own random numbers. `None` if no run is complete.
 ///
 /// # Errors
 /// As [`log_likelihoods`].

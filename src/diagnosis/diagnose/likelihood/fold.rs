@@ -1,4 +1,4 @@
-//! Which part of the data a model is fitted on, and on which it is judged.
+//! Selects the samples that a model is fitted to, and those that it is scored on.
 
 use super::robust::Mask;
 use crate::diagnose::policy::POLICY;
@@ -13,7 +13,7 @@ pub fn whole(samples: &[usize], dt: &[f64]) -> Vec<Mask> {
     samples.iter().zip(dt).map(mask).collect()
 }
 
-/// The two folds: stretches of a minute in turn, counted through all drives, without the seconds after every seam.
+/// The two folds: alternating stretches of a minute, counted through all drives, without the seconds after every seam.
 #[must_use]
 pub fn folds(samples: &[usize], dt: &[f64]) -> [Vec<Mask>; 2] {
     [0, 1].map(|fold| {
@@ -41,7 +41,7 @@ mod tests {
             assert!(!(a & b));
         }
         assert!(!a[0][49] && a[0][50] && a[0][599] && !a[0][600] && b[0][650] && !b[0][649]);
-        // Three stretches in the first drive, so the second begins with the other fold.
+        // The first drive has three stretches, so the second one begins with the other fold.
         assert!(b[1][50] && !a[1][50] && a[1][650]);
         let used = a.iter().chain(&b).flatten().filter(|counts| **counts).count();
         assert_eq!(used, 2400 - 5 * 50);

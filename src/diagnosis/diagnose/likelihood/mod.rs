@@ -1,4 +1,4 @@
-//! How likely a model makes the data: the observer, the model that runs inside it, its fit, and what is scored.
+//! The likelihood of the data under a model: the observer, the model inside it, its fit, and the score.
 
 pub mod descent;
 pub mod fit;

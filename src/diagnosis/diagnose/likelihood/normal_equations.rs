@@ -1,7 +1,7 @@
 //! First and second derivatives of the likelihood of innovations, from finite differences.
 //!
-//! Fisher scoring for a Gaussian innovations likelihood: parameters of the model change the innovations, those of the noise also
-//! change their covariance, and both are estimated in one step.
+//! Fisher scoring for a Gaussian innovations likelihood: model parameters change the innovations, noise parameters also change their
+//! covariance, and one step estimates both.
 
 use super::observer::{KalmanGain, Noise};
 use crate::evaluator::{Failure, Residuals};
@@ -22,7 +22,7 @@ pub struct NormalEquations {
     pub samples: usize,
 }
 
-/// Negative log-likelihoods of runs that come stretch by stretch.
+/// Accumulates negative log-likelihoods of runs, stretch by stretch.
 #[derive(Debug)]
 pub struct Costs<'a> {
     observers: &'a [KalmanGain],
@@ -31,7 +31,7 @@ pub struct Costs<'a> {
     blocks: Vec<Squares>,
 }
 
-/// Sums of whitened squares of the lanes of a block.
+/// Sums of whitened squares over the lanes of a block.
 #[derive(Debug)]
 struct Squares {
     whitening: [Vec<f64>; 3],
@@ -39,7 +39,7 @@ struct Squares {
 }
 
 impl Costs<'_> {
-    /// Of runs with these observers.
+    /// An accumulator for runs with these observers.
     #[must_use]
     pub fn new<'a>(observers: &'a [KalmanGain], mask: &'a [bool]) -> Costs<'a> {
         Costs { observers, mask, blocks: Vec::new() }
@@ -61,7 +61,7 @@ impl Costs<'_> {
             .for_each(|(squares, rows)| Arch::new().dispatch(AddSquares { squares, rows, mask }));
     }
 
-    /// The costs, infinite where a run failed.
+    /// The costs, infinite if a run failed.
     #[must_use]
     pub fn finish(self, failed: &[Option<Failure>]) -> Vec<f64> {
         let samples = self.mask.iter().filter(|counts| **counts).count() as f64;
@@ -73,7 +73,7 @@ impl Costs<'_> {
     }
 }
 
-/// So many numbers, zeros at the end.
+/// `count` numbers, filled with zeros.
 fn padded(numbers: impl Iterator<Item = f64>, count: usize) -> Vec<f64> {
     numbers.chain(std::iter::repeat(0.0)).take(count).collect()
 }
@@ -85,8 +85,8 @@ struct AddSquares<'a> {
     mask: &'a [bool],
 }
 
-// Written with vectors, for loops over numbers become vectors of the oldest processor, or none. No multiplication is fused with an
-// addition, so that every processor gives the same bits.
+// Explicit vectors, because the compiler vectorises loops for the oldest processor, if at all. No multiplication is fused with an addition,
+// so that every processor gives the same bits.
 impl WithSimd for AddSquares<'_> {
     type Output = ();
 
@@ -109,8 +109,7 @@ impl WithSimd for AddSquares<'_> {
 
 /// A row as vectors.
 ///
-/// # Panics
-/// If numbers are left over: rows are multiples of [`Residuals::STRIDE`], the widest vector.
+/// # Panics If the length is not a multiple of [`Residuals::STRIDE`], the widest vector.
 #[inline(always)]
 fn vectors<S: Simd>(row: &[f64]) -> &[S::f64s] {
     let (vectors, rest) = S::as_simd_f64s(row);
@@ -118,46 +117,46 @@ fn vectors<S: Simd>(row: &[f64]) -> &[S::f64s] {
     vectors
 }
 
-/// Products of the innovations of a run and of how they change with each coordinate: of columns, the first of which are the
-/// innovations, and the others come from the runs that follow, each with one coordinate a step further.
+/// Products of the columns of a run. The first column holds the innovations; each other column holds their derivative in a coordinate, from a
+/// run with this coordinate one step further.
 #[derive(Debug)]
 pub struct Products<'a> {
-    /// The run.
+    /// Index of the run.
     first: usize,
-    /// Observers of the run and of those that follow.
+    /// Observers of the run and of the moved runs.
     observers: Vec<KalmanGain>,
-    /// The steps of these.
+    /// Finite-difference steps of the moved runs.
     steps: Vec<f64>,
     /// Samples that count.
     mask: &'a [bool],
     window: Window,
-    /// Of all numbers of the window, line by line; read up to the diagonal.
+    /// Products of all columns in the window, row by row; used up to the diagonal.
     sums: Vec<f64>,
-    /// Of the innovations, signal by signal.
+    /// Products of the innovations, signal by signal.
     outer: [[f64; 2]; 2],
-    /// Whitened columns of some samples.
+    /// Whitened columns of a tile.
     z_1: Vec<f64>,
     z_2: Vec<f64>,
 }
 
-/// Vectors of the blocks in which the columns lie, one after the other; what else lies there comes along, unread.
+/// Vectors of the blocks that contain the columns, contiguously; they also contain unused numbers.
 #[derive(Debug, Default)]
 struct Window {
-    /// Blocks, and vectors of their rows.
+    /// Blocks, and the range of vectors in their rows.
     vectors: Vec<[usize; 2]>,
-    /// Where the columns lie in it.
+    /// Positions of the columns.
     places: Vec<usize>,
-    /// What whitens a change and divides it by its step.
+    /// Factors that whiten a difference and divide it by its step.
     scale: [Vec<f64>; 3],
 }
 
-/// Samples that are whitened before they are multiplied: so few that they stay in the nearest cache.
+/// Samples in a tile of whitened columns: few enough for the first-level cache.
 const TILE: usize = 32;
-/// Columns that are multiplied by two vectors after the other: sums that stay in registers over a tile.
+/// Columns multiplied at once by two vectors in turn: the sums stay in registers over a tile.
 const AT_ONCE: usize = 4;
 
 impl<'a> Products<'a> {
-    /// Of the run `first` and those that follow, with their observers and the steps of those that follow.
+    /// Products of the run `first` and the runs that follow it, with their observers and the steps of the latter.
     #[must_use]
     pub fn new(first: usize, observers: Vec<KalmanGain>, steps: Vec<f64>, mask: &'a [bool]) -> Products<'a> {
         let window = Window::default();
@@ -179,7 +178,7 @@ impl<'a> Products<'a> {
         Arch::new().dispatch(AddProducts { products: self, stretch });
     }
 
-    /// Of two columns, the second no later than the first; 0 of one whose run failed.
+    /// Product of two columns, the second no later than the first; 0 if a run failed.
     fn get(&self, failed: &[Option<Failure>], j: usize, k: usize) -> f64 {
         if failed[self.first + j].or(failed[self.first + k]).is_some() {
             return 0.0;
@@ -190,7 +189,7 @@ impl<'a> Products<'a> {
 }
 
 impl Window {
-    /// In vectors of so many numbers.
+    /// A layout in vectors of `numbers` numbers.
     fn new(products: &Products<'_>, lanes: usize, numbers: usize) -> Window {
         let mut window = Window::default();
         for (j, observer) in products.observers.iter().enumerate() {
@@ -265,7 +264,7 @@ impl WithSimd for AddProducts<'_, '_> {
             }
             let (z_1, z_2) = (&z_1[..samples * width], &z_2[..samples * width]);
             for places in window.places.chunks(AT_ONCE) {
-                // The last one again where there are fewer.
+                // Repeats the last column if there are fewer.
                 let places: [usize; AT_ONCE] = std::array::from_fn(|i| places[i.min(places.len() - 1)]);
                 let last = places[AT_ONCE - 1] / numbers;
                 for k in (0..=last).step_by(2) {
@@ -298,22 +297,22 @@ impl WithSimd for AddProducts<'_, '_> {
 }
 
 impl NormalEquations {
-    /// Of nothing.
+    /// Zero equations for `n` coordinates.
     #[must_use]
     pub fn zero(coordinates: usize) -> NormalEquations {
         let (gradient, information) = (DVector::zeros(coordinates), DMatrix::zeros(coordinates, coordinates));
         NormalEquations { cost: 0.0, gradient, information, samples: 0 }
     }
 
-    /// How much less costly a place is than that of the derivatives, as these say.
+    /// Predicted decrease of the cost from here to another point.
     #[must_use]
     pub fn promise(&self, from: &[f64], to: &[f64]) -> f64 {
         let change = DVector::from_iterator(from.len(), to.iter().zip(from).map(|(to, from)| to - from));
         -change.dot(&self.gradient) - 0.5 * change.dot(&(&self.information * &change))
     }
 
-    /// Adds one drive, if the run itself did not fail; `coordinates` are those that the runs that follow it have moved, the last
-    /// [`Noise::COUNT`] of which are those of the noise.
+    /// Adds one drive, unless the run itself failed. `coordinates` are those of the moved runs; the last [`Noise::COUNT`] of them belong to
+    /// the noise.
     pub fn add(&mut self, products: &Products<'_>, coordinates: &[usize], failed: &[Option<Failure>]) {
         let Products { first, observers, steps, mask, outer, .. } = products;
         if failed[*first].is_some() {
@@ -335,7 +334,7 @@ impl NormalEquations {
                 }
             }
         }
-        // What the noise does to the covariance: dW W^-1, lower triangular.
+        // Effect of the noise on the covariance: dW W^-1, lower triangular.
         let noise = || observers[1 + first_noise..].iter().zip(&steps[first_noise..]);
         let relative: Vec<[f64; 3]> = noise().map(|(moved, step)| relative(designed, moved, *step)).collect();
         let noisy = &coordinates[first_noise..];
@@ -350,7 +349,7 @@ impl NormalEquations {
     }
 }
 
-/// dW W^-1 per step: places 11, 21 and 22.
+/// dW W^-1 per step: elements 11, 21 and 22.
 fn relative(designed: &KalmanGain, moved: &KalmanGain, step: f64) -> [f64; 3] {
     let [w_11, w_21, w_22] = designed.whitening;
     let mut change = moved.whitening;
@@ -370,7 +369,7 @@ mod tests {
     const SAMPLES: usize = 300;
     const LANES: usize = 16;
 
-    /// Some runs, stretch by stretch.
+    /// Cuts runs into stretches.
     fn stretches(runs: &[Vec<[f64; 2]>]) -> Vec<Residuals> {
         let block = |of: &[Vec<[f64; 2]>], from: usize, samples: usize| {
             let mut block = vec![f64::NAN; 2 * samples * LANES];
@@ -389,8 +388,8 @@ mod tests {
         (0..SAMPLES).step_by(128).map(stretch).collect()
     }
 
-    /// A group that lies in two blocks beside other runs, with samples that do not count, a column that failed and one left out: the
-    /// same bits as loops over numbers, and the costs too.
+    /// A group that spans two blocks beside other runs, with samples that do not count, a failed column and an omitted one: the same bits
+    /// as scalar loops, in the costs, too.
     #[test]
     fn products_and_costs_are_those_of_plain_loops() {
         let rng = &mut stream(1, 0, 0, 0);
@@ -426,7 +425,7 @@ mod tests {
             for (b, &k) in coordinates.iter().enumerate().filter(|(b, _)| *b <= a) {
                 let expected = sum(&|t| column(a, t)[0] * column(b, t)[0] + column(a, t)[1] * column(b, t)[1]);
                 assert_eq!(products.get(&failed, 1 + a, 1 + b), expected);
-                // What the noise does to the covariance comes on top.
+                // The terms of the covariance are additional.
                 assert!(b >= 3 || gram.information[(j, k)] == expected);
                 assert_eq!(gram.information[(k, j)], gram.information[(j, k)]);
             }
@@ -440,7 +439,7 @@ mod tests {
         let mut costs = Costs::new(&same, &mask);
         stretches(&runs).iter().for_each(|stretch| costs.add(stretch));
         let costs = costs.finish(&failed);
-        // Added up signal by signal there.
+        // The sum there runs signal by signal.
         assert!((costs[first] - gram.cost).abs() < 1e-12 * gram.cost);
         assert!(costs[first + 2].is_infinite() && costs.iter().filter(|cost| cost.is_finite()).count() == 26);
     }

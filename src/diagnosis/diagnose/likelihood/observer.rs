@@ -5,7 +5,7 @@
 
 use nalgebra::{Matrix2, Matrix2x3, Matrix3, Matrix3x2};
 
-/// Everything random between the model and the data.
+/// All random terms between the model and the data.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Noise {
     /// Standard deviation of the missing acceleration \[m/s²\]; 0: a free simulation.
@@ -16,8 +16,8 @@ pub struct Noise {
     pub r_s: f64,
     /// Measurement noise of the follower's speed \[m/s\].
     pub r_v: f64,
-    /// Measurement noise of the leader's speed \[m/s\]: its way is the integral of it, so it moves the spacing from sample to
-    /// sample.
+    /// Measurement noise of the leader's speed \[m/s\]. The leader's displacement is its integral, so this noise moves the spacing from
+    /// sample to sample.
     pub r_l: f64,
 }
 
@@ -39,14 +39,14 @@ impl Noise {
     pub const COUNT: usize = 5;
 }
 
-/// An observer with what its likelihood needs.
+/// An observer with the terms of its likelihood.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct KalmanGain {
-    /// Row by row the gains of s, v_f and d on the residuals (simulated minus measured) of s and v_f.
+    /// Gains of s, v_f and d on the residuals (simulated minus measured) of s and v_f, row by row.
     pub gain: [f64; 6],
-    /// `z_1 = whitening[0] r_s`, `z_2 = whitening[1] r_s + whitening[2] r_v`: of unit variance where the model is right.
+    /// `z_1 = whitening[0] r_s`, `z_2 = whitening[1] r_s + whitening[2] r_v`: of unit variance if the model is right.
     pub whitening: [f64; 3],
-    /// Factor of d in a step.
+    /// Factor of d per step.
     pub decay: f64,
     /// ln det S: S is the covariance of the innovations.
     pub log_det: f64,
@@ -61,9 +61,9 @@ impl KalmanGain {
     }
 }
 
-/// Doublings at most: 2^40 steps of the iteration.
+/// Largest number of doublings: 2^40 steps of the iteration.
 const DOUBLINGS: usize = 40;
-/// Relative change of the covariance at which it stands.
+/// Relative change of the covariance at convergence.
 const STANDS: f64 = 1e-14;
 
 /// The steady state of the Riccati equation of a noise model at time step `dt` \[s\].
@@ -91,8 +91,8 @@ pub fn design(noise: &Noise, dt: f64) -> KalmanGain {
     }
 }
 
-/// The predicted covariance, by the structure-preserving doubling algorithm (Chu, Fan, Lin and Wang 2004): every turn doubles
-/// the number of steps of the plain iteration, of which slow disturbances need hundreds of thousands.
+/// The predicted covariance by the structure-preserving doubling algorithm (Chu, Fan, Lin and Wang 2004). Each iteration doubles the number
+/// of steps of the plain recursion, of which slow disturbances need hundreds of thousands.
 fn steady(a: &Matrix3<f64>, c: &Matrix2x3<f64>, q: &Matrix3<f64>, r: &Matrix2<f64>) -> Matrix3<f64> {
     let per_r = Matrix2::from_diagonal(&[1.0 / r[(0, 0)], 1.0 / r[(1, 1)]].into());
     let (mut a, mut g, mut h) = (a.transpose(), c.transpose() * per_r * c, *q);
@@ -117,7 +117,7 @@ mod tests {
     const DT: f64 = 0.1;
     const NOISE: Noise = Noise { sigma_d: 0.05, tau_d: 2.0, r_s: 0.02, r_v: 0.03, r_l: 0.02 };
 
-    /// The textbook filter, step by step from the covariance of nothing known.
+    /// The textbook filter, step by step from an uninformative covariance.
     fn dense(noise: &Noise, steps: usize) -> (Matrix3<f64>, Matrix2<f64>, Matrix3x2<f64>) {
         let decay = (-DT / noise.tau_d).exp();
         let a = Matrix3::new(1.0, -DT, -0.5 * DT * DT, 0.0, 1.0, DT, 0.0, 0.0, decay);

@@ -1,4 +1,4 @@
-//! How likely the innovations are: Gaussian while fitting, Huber's when models are compared, per stretch of time.
+//! Scores of innovations: Gaussian for fits, Huber's for comparisons of models, per stretch of time.
 
 use super::observer::KalmanGain;
 use crate::diagnose::policy::POLICY;
@@ -16,12 +16,12 @@ pub(crate) fn rho(squared: f64) -> f64 {
     if squared <= HUBER * HUBER { 0.5 * squared } else { HUBER * squared.sqrt() - 0.5 * HUBER * HUBER }
 }
 
-/// Samples of a block.
+/// Number of samples in a block.
 pub fn block_length(dt: f64) -> usize {
     (POLICY.block / dt).round().max(1.0) as usize
 }
 
-/// Log-likelihood per block of one drive: scored robustly, over the samples that count.
+/// Robust log-likelihood per block of one drive, over the samples that count.
 #[must_use]
 pub fn blocks(residuals: &[[f64; 2]], designed: &KalmanGain, mask: &[bool], dt: f64) -> Vec<f64> {
     let length = block_length(dt);
@@ -33,8 +33,8 @@ pub fn blocks(residuals: &[[f64; 2]], designed: &KalmanGain, mask: &[bool], dt: 
     sums
 }
 
-/// How much less the innovations tell than as many independent ones: 1 + 2 sum of Bartlett-weighted autocorrelations, the larger
-/// of the two signals, at least 1.
+/// Ratio of the number of innovations to that of independent ones with the same information: 1 + 2 sum of Bartlett-weighted
+/// autocorrelations, the larger of the two signals, at least 1.
 #[must_use]
 pub fn inflation(drives: &[Vec<[f64; 2]>], designed: &[KalmanGain], masks: &[Mask]) -> f64 {
     let of = |k: usize| {
@@ -42,7 +42,7 @@ pub fn inflation(drives: &[Vec<[f64; 2]>], designed: &[KalmanGain], masks: &[Mas
         for ((residuals, designed), mask) in drives.iter().zip(designed).zip(masks) {
             let white = |(r, counts): (&[f64; 2], &bool)| if *counts { designed.white(*r)[k] } else { 0.0 };
             let z: Vec<f64> = residuals.iter().zip(mask).map(white).collect();
-            // Clipped: one event must not decide what is called the usual correlation.
+            // Clipped, so that one event does not dominate the correlation.
             let z: Vec<f64> = z.iter().map(|z| z.clamp(-HUBER, HUBER)).collect();
             for (lag, sum) in covariances.iter_mut().enumerate().take(z.len()) {
                 *sum += z[lag..].iter().zip(&z).map(|(a, b)| a * b).sum::<f64>();
@@ -75,7 +75,7 @@ mod tests {
 
     #[test]
     fn inflation_is_that_of_an_autoregression() {
-        // AR(1) with rho 0.8: (1 + rho) / (1 - rho) = 9, less what the Bartlett weights take.
+        // AR(1) with rho 0.8: (1 + rho) / (1 - rho) = 9, minus the effect of the Bartlett weights.
         let mut rng = stream(1, 0, 0, 0);
         let mut last = 0.0;
         let mut next = |rho: f64| {

@@ -1,43 +1,43 @@
-//! Parameters as a search sees them: coordinates from 0 to 1 between bounds.
+//! Parameters as a search uses them: coordinates from 0 to 1 between bounds.
 
 use crate::diagnose::policy::POLICY;
 
-/// One parameter: its bounds and how it is scaled.
+/// One parameter: its bounds and its scale.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Axis {
     /// Lower bound.
     pub lower: f64,
     /// Upper bound, not below the lower one; equal bounds fix the parameter.
     pub upper: f64,
-    /// Equal ratios instead of equal differences; needs bounds of one sign.
+    /// True for a logarithmic scale; needs bounds of one sign.
     pub log: bool,
-    /// Step of a finite difference as a share of the range; 0: nobody asks for one.
+    /// Finite-difference step as a share of the range; 0 if no derivative is needed.
     pub step: f64,
 }
 
-/// Step of parameters on which the innovations depend smoothly: f64 innovations are good to some 1e-12.
+/// Finite-difference step of parameters on which the innovations depend smoothly: f64 innovations are accurate to some 1e-12.
 const SMOOTH: f64 = 1e-5;
 
 impl Axis {
-    /// Equal differences.
+    /// A linear axis.
     #[must_use]
     pub fn linear(lower: f64, upper: f64) -> Axis {
         Axis { lower, upper, log: false, step: SMOOTH }
     }
 
-    /// Equal ratios.
+    /// A logarithmic axis.
     #[must_use]
     pub fn log(lower: f64, upper: f64) -> Axis {
         Axis { lower, upper, log: true, step: SMOOTH }
     }
 
-    /// A parameter that is held at a value, and whose derivatives nobody asks for.
+    /// A parameter held at a value, without a derivative.
     #[must_use]
     pub fn held(value: f64) -> Axis {
         Axis { step: 0.0, ..Axis::linear(value, value) }
     }
 
-    /// See [`Axis::held`].
+    /// True if the axis is [held](Axis::held).
     #[must_use]
     pub fn is_held(&self) -> bool {
         self.step == 0.0
@@ -55,12 +55,12 @@ impl Axis {
         value.clamp(self.lower, self.upper)
     }
 
-    /// Change of the value with its coordinate; at a bound, that beside it.
+    /// Derivative of the value in its coordinate; on a bound, that of the neighbouring value.
     #[must_use]
     pub fn slope(&self, u: f64) -> f64 {
         const STEP: f64 = 1e-6;
         let (below, above) = (u - STEP, u + STEP);
-        // An axis ends at 0 and 1: at a bound only one of the two steps is made.
+        // An axis ends at 0 and 1: on a bound the difference is one-sided.
         let spanned = 2.0 * STEP - (0.0 - below).max(0.0) - (above - 1.0).max(0.0);
         (self.value(above) - self.value(below)) / spanned
     }
@@ -79,26 +79,26 @@ impl Axis {
         }
     }
 
-    /// True if there is nothing to search.
+    /// True if the bounds are equal.
     #[must_use]
     pub fn is_fixed(&self) -> bool {
         self.lower >= self.upper
     }
 
-    /// True if two values are the same to a search.
+    /// True if the search does not distinguish two values.
     #[must_use]
     pub fn same(&self, a: f64, b: f64) -> bool {
         (self.coordinate(a) - self.coordinate(b)).abs() < POLICY.same
     }
 
-    /// How far a value is from the nearer bound, as a share of the range.
+    /// Distance of a value from the nearer bound, as a share of the range.
     #[must_use]
     pub fn from_bound(&self, value: f64) -> f64 {
         let u = self.coordinate(value);
         u.min(1.0 - u)
     }
 
-    /// True if a value lies on a bound; never of a fixed parameter.
+    /// True if a value lies on a bound; never for a fixed parameter.
     #[must_use]
     pub fn at_bound(&self, value: f64) -> bool {
         !self.is_fixed() && self.from_bound(value) < POLICY.same

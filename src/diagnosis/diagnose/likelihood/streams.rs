@@ -1,8 +1,8 @@
-//! Streams of random numbers beside those of the searches, whose replicates count from 0: no two purposes draw the same numbers.
+//! Streams of random numbers besides those of the searches, whose replicates count from 0: each purpose has its own.
 
 /// Bootstraps of the hold-out, of generation 0.
 pub const HOLDOUT: u64 = u64::MAX - 1;
-/// Descents.
+/// Searches by CMA-ES.
 pub const DESCENT: u64 = u64::MAX - 100;
 /// Bootstrap of the gain.
 pub const GAIN: u64 = 0x6761_696e;

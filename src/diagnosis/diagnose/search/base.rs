@@ -1,4 +1,4 @@
-//! The base model, calibrated with its noise: global first, because a bad base calibration names ghosts.
+//! Calibrates the base model with its noise. The search is global, because a bad calibration of the base leads to false names.
 
 use super::fitted_model::{Context, FittedModel};
 use super::observers::{first_noise, softened};
@@ -15,7 +15,7 @@ use crate::optimize::stream;
 use crate::symbols::Symbol;
 use rand::RngExt;
 
-/// Replicates at most, until two agree.
+/// Largest number of replicates; fewer if two agree.
 const REPLICATES: u64 = 4;
 /// Replicates agree if their likelihoods are this close \[nats\].
 const AGREE: f64 = 5.0;
@@ -25,12 +25,12 @@ const AGREE: f64 = 5.0;
 pub struct Calibrated {
     /// The likeliest fit.
     pub candidate: FittedModel,
-    /// Likelihoods of the replicates, the best first.
+    /// Log-likelihoods of the replicates, the best first.
     pub replicates: Vec<f64>,
 }
 
-/// Fits a variant without causes of its own, from random populations under a strong observer, and then under its own noise, from
-/// there and from a nearly free simulation. `None` if every candidate fails.
+/// Fits a variant without causes, first from random populations under a strong observer, then with its noise free, from the best of these
+/// and from a nearly free simulation. `None` if every candidate fails.
 ///
 /// # Errors
 /// As [`FittedModel::fitted`].
@@ -67,12 +67,12 @@ pub fn calibrate_once(
 ) -> Result<Option<FittedModel>, DiagnoseError> {
     let noise = first_noise(setting.question.train);
     let model = match setting.model(variant, &[]) {
-        // Another base may need what this follower does not have.
+        // Another base may need data that this follower lacks.
         Err(DiagnoseError::Case(_)) if variant.base != setting.question.base.base => return Ok(None),
         model => model?,
     };
     let starts = population(&model, &noise, setting.question.seed, replicate, spending.population);
-    // Precise sensors make a rugged likelihood: rough as if they were ordinary, refined as they are.
+    // Precise sensors make the likelihood rugged: use ordinary noise in the rough search, and the real noise in the refinement.
     let least = softened(&noise, 1.0).map_or([0.0; 2], |soft| [soft.r_s, soft.r_v]);
     let rough = FittedModel::fitted(setting, variant, &[], model, &starts, Plan { least, ..spending.base })?;
     rough.map(|rough| refined(setting, rough, spending)).transpose()
@@ -82,7 +82,7 @@ pub fn calibrate_once(
 fn population(model: &Model, noise: &Noise, seed: u64, replicate: u64, count: usize) -> Vec<Point> {
     let point = |i: usize| {
         let mut rng = stream(seed, replicate, 0, i as u64);
-        // Off the bounds, where derivatives are one-sided.
+        // Away from the bounds, where derivatives are one-sided.
         let values = model.axes.iter().map(|axis| axis.value(0.02 + 0.96 * rng.random::<f64>())).collect();
         Point { values, noise: *noise }
     };
@@ -97,7 +97,7 @@ fn refined(setting: &Context<'_>, rough: FittedModel, spending: &SearchBudget) -
         None => fit.point.noise,
     };
     let free = noise.freer();
-    // A slow and large missing acceleration makes up for whatever the rough fit has wrong; textbook values have no such way out.
+    // A slow and large missing acceleration compensates for all errors of the rough fit; with textbook values it cannot.
     let fastest = fastest(setting.question.train);
     let generic = with_textbook_values(&model, &fit.point.values, fastest);
     let strong = noise.strong();
@@ -107,12 +107,12 @@ fn refined(setting: &Context<'_>, rough: FittedModel, spending: &SearchBudget) -
     let found = FittedModel::fitted(setting, variant, &causes, model, &starts, plan)?;
     match found {
         Some(found) => Ok(found),
-        // With other noise than it was found with, a model that is far off need not come to its end.
+        // Under a noise other than that of its fit, a model that is far off may fail.
         None => Ok(FittedModel { variant, causes, model: setting.model(variant, &[])?, fit }),
     }
 }
 
-/// Why a calibrated base cannot be trusted: parameters that the data contradict. `None` if nothing speaks against it.
+/// Why a calibrated base cannot be trusted: parameters that the data contradict. `None` if none does.
 #[must_use]
 pub fn contradiction(setting: &Context<'_>, candidate: &FittedModel) -> Option<String> {
     let mut speeds: Vec<f64> = setting.question.train.iter().flat_map(|d| d.trajectory.v_f.iter().copied()).collect();
@@ -133,7 +133,7 @@ pub fn contradiction(setting: &Context<'_>, candidate: &FittedModel) -> Option<S
     }
     for (k, axis) in candidate.model.axes.iter().enumerate() {
         let symbol = candidate.model.symbols[k];
-        // Of a cause the decision looks at bounds itself; when something begins says nothing of the base.
+        // The decision checks bounds of causes; the time of an event does not concern the base.
         if !candidate.model.variant.is_of_base(symbol)
             || !axis.at_bound(candidate.fit.point.values[k])
             || candidate.fit.gradient.is_empty()
@@ -144,7 +144,7 @@ pub fn contradiction(setting: &Context<'_>, candidate: &FittedModel) -> Option<S
         let promise = behind(candidate, k, candidate.fit.gradient[k] * outwards);
         if promise > POLICY.promise {
             return Some(format!(
-                "{} sits on its bound {} {}, and the data ask for more ({promise:.0} nats within a tenth of its range); widen its \
+                "{} lies on its bound {} {}, and the fit improves beyond it ({promise:.0} nats within a tenth of its range); widen its \
                  bounds, or take another base model",
                 symbol.name(),
                 candidate.fit.point.values[k],
@@ -155,8 +155,8 @@ pub fn contradiction(setting: &Context<'_>, candidate: &FittedModel) -> Option<S
     None
 }
 
-/// What a parameter on its bound would gain within a tenth of its range behind it \[nats\], the others fitted again; `slope` is that of
-/// the log-likelihood there.
+/// Gain of a parameter on its bound within a tenth of its range beyond the bound \[nats\], with the others refitted; `slope` is that of the
+/// log-likelihood there.
 fn behind(candidate: &FittedModel, k: usize, slope: f64) -> f64 {
     let curvature = candidate.fit.information[(k, k)] * own_share(candidate, &[], k).0;
     let step = (slope / curvature.max(f64::MIN_POSITIVE)).clamp(0.0, 0.1);
@@ -189,7 +189,7 @@ mod tests {
         assert!(free.ends_with(", though its bounds 5 to 60 m/s allow more; take another base model"), "{free}");
     }
 
-    /// A slope of 500 nats per range promises 50 within a tenth of it, but 2.5 where the optimum is a hundredth behind the bound.
+    /// A slope of 500 nats per range promises 50 within a tenth of it, but 2.5 if the optimum is a hundredth beyond the bound.
     #[test]
     fn an_optimum_just_behind_a_bound_promises_little() {
         let drives = [made_up::drive("a.csv", 0.0)];

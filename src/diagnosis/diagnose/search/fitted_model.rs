@@ -1,4 +1,4 @@
-//! A fitted model in the race: what is shared by everything that fits, scores and compares.
+//! A fitted model, with the data that all fits, scores and comparisons share.
 
 use super::textbook::{fastest, with_textbook_values};
 use crate::catalog::Variant;
@@ -15,25 +15,25 @@ use crate::extension::Extension;
 use crate::symbols::{SearchKind, Symbol};
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Data, masks and the question; shared by all threads.
+/// Data, masks and the question; all threads share them.
 #[derive(Debug)]
 pub struct Context<'a> {
     /// The question.
     pub question: &'a Question<'a>,
-    /// All training samples but the first of each drive.
+    /// All training samples except the first ones of each drive.
     pub whole: Vec<Mask>,
     /// The two folds.
     pub folds: [Vec<Mask>; 2],
-    /// The same as `whole` for the hold-out.
+    /// The same for the hold-out.
     pub holdout: Vec<Mask>,
-    /// The nuisance lead that every model has.
+    /// The nuisance lead of every model.
     pub lead: Option<&'static Extension>,
-    /// Candidates simulated so far.
+    /// Number of simulated candidates so far.
     pub simulations: AtomicU64,
 }
 
 impl<'a> Context<'a> {
-    /// The setting of a question.
+    /// The context of a question.
     #[must_use]
     pub fn new(question: &'a Question<'a>, lead: Option<&'static Extension>) -> Context<'a> {
         let sizes = |drives: &[Drive]| -> (Vec<usize>, Vec<f64>) {
@@ -59,7 +59,7 @@ impl<'a> Context<'a> {
         Model::new(self.with_lead(variant)?, self.question.train, self.question.bounds, events)
     }
 
-    /// The same over the hold-out drives; events of one recording happen in its held-back end only.
+    /// The same over the hold-out drives; there, an event of one recording happens only in the held-back end of this recording.
     ///
     /// # Errors
     /// As [`Model::new`].
@@ -74,7 +74,7 @@ impl<'a> Context<'a> {
         Model::new(self.with_lead(variant)?, holdout, bounds, &events)
     }
 
-    /// Candidates simulated so far, over one drive each.
+    /// Number of simulated candidates so far, over one drive each.
     #[must_use]
     pub fn simulated(&self) -> u64 {
         self.simulations.load(Ordering::Relaxed)
@@ -101,7 +101,7 @@ pub struct FittedModel {
     pub fit: Fit,
 }
 
-/// Log-likelihood of a candidate where it was not fitted.
+/// Log-likelihood of a candidate on folds that it was not fitted to.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CrossValidated {
     /// Per fold, drive and block of 30 s.
@@ -116,7 +116,7 @@ impl CrossValidated {
         let mut blocks = Vec::new();
         for (k, sum) in folds.iter_mut().enumerate() {
             let pairs = self.folds[k].iter().flatten().zip(other.folds[k].iter().flatten());
-            // Where both runs fail nothing is gained; where one does, the other wins by the score of a failed block.
+            // If both runs fail, the gain is 0; if one fails, the other gains the score of a failed block.
             let gains = pairs.map(|(mine, theirs)| if mine == theirs { 0.0 } else { mine - theirs });
             for gain in gains {
                 *sum += gain;
@@ -129,9 +129,9 @@ impl CrossValidated {
 
 /// Score of a block in which a run failed \[nats\]: finite, so that one failed block cannot decide.
 const FAILED_BLOCK: f64 = -1e4;
-/// Turns on a fold, from the optimum of all data.
+/// Iterations on a fold, from the optimum of all data.
 const FOLD_PLAN: Plan = Plan { select: 2, rough: 0, keep: 2, fine: 8, tolerance: 0.1, least: [0.0; 2] };
-/// Turns on data on which it was not fitted.
+/// Iterations on data that the model was not fitted to.
 pub(crate) const ELSEWHERE: Plan = Plan { select: 2, rough: 4, keep: 2, fine: 12, tolerance: 0.1, least: [0.0; 2] };
 
 impl FittedModel {
@@ -155,8 +155,8 @@ impl FittedModel {
         Ok(best.map(|fit| FittedModel { variant, causes: causes.to_vec(), model, fit }))
     }
 
-    /// The log-likelihood of each fold, fitted on the other one. Times of events stay where all data put them, and so does all of what
-    /// acts in one stretch only: it happens once, so it cannot be held out.
+    /// The log-likelihood of each fold under the fit to the other one. Times of events stay at the fit to all data. So do all parameters of
+    /// a cause that acts in one stretch only: it happens once, so it cannot be held out.
     ///
     /// # Errors
     /// As [`fit`].
@@ -182,8 +182,8 @@ impl FittedModel {
         Ok(CrossValidated { folds: held })
     }
 
-    /// What a fold may borrow from all data: where it says next to nothing of a parameter of the base, that stays about where it
-    /// is, or the other fold shows nothing but that it ran away. Causes borrow nothing.
+    /// The prior of a fold from all data. If the fold hardly determines a parameter of the base, the prior keeps it near its value;
+    /// otherwise the parameter would run away and the other fold would show only that. Causes have no prior.
     fn prior(&self) -> Option<Prior> {
         let information = &self.fit.information;
         if information.is_empty() {
@@ -197,10 +197,10 @@ impl FittedModel {
         Some(Prior { centre: self.fit.coordinates.clone(), information })
     }
 
-    /// The model over the hold-out, with the causes as the training data have them, and a base and a noise of its own. What training
-    /// leaves open of a base, a set speed that no training drive reaches, is then no argument against a cause; and a base that makes
-    /// up for the cause by itself is one. The search also starts from textbook values of free driving, and from where it led another
-    /// one: who loses because it was not found has not lost.
+    /// The model on the hold-out: causes as trained, base and noise refitted. A base parameter that training leaves open, such as a set
+    /// speed that no training drive reaches, then does not count against a cause; a base that absorbs the cause does. The search also
+    /// starts from textbook values of free driving, and from the fit of another model: a model must not lose because its optimum was
+    /// missed.
     ///
     /// # Errors
     /// As [`Model::new`].
@@ -242,7 +242,7 @@ impl FittedModel {
         Ok(inflation(&residuals, &designs, &setting.whole))
     }
 
-    /// Value of a parameter of the fit.
+    /// Fitted value of a parameter.
     #[must_use]
     pub fn value(&self, name: &str) -> Option<f64> {
         let k = self.model.symbols.iter().position(|symbol| symbol.name() == name)?;
@@ -250,7 +250,7 @@ impl FittedModel {
     }
 }
 
-/// True for a cause that acts in one stretch only: it has a begin and a length.
+/// True for a cause that acts in one stretch only, that is, has a start and a length.
 #[must_use]
 pub fn is_local(cause: &Extension) -> bool {
     cause.search() == SearchKind::Stretch
@@ -272,8 +272,8 @@ impl Transferred {
         scored(&self.model, &self.point, &setting.holdout)
     }
 
-    /// What a cause changes there \[nats\], per block: the gain to be expected if it is real. A cap that the hold-out never reaches has
-    /// none, whatever the truth. Infinite where a run fails.
+    /// Change by a cause there \[nats\], per block: its expected gain if it is real. A cap that the hold-out never reaches changes nothing,
+    /// whatever the truth. Infinite if a run fails.
     ///
     /// # Errors
     /// As [`Predictor::residuals`].
@@ -305,15 +305,16 @@ impl Transferred {
     }
 }
 
-/// The same parameters with the noise of other data: a complete model is close to a free simulation, which other data punish for
-/// every small error of a parameter, while a model that lacks something hides behind a strong observer.
+/// The same parameters with the noise of other data. A complete model is close to a free simulation, which other data punish for every
+/// small error of a parameter; an incomplete model benefits from a strong observer.
 fn with_own_noise(model: &Model, point: Point, masks: &[Mask]) -> Result<Point, DiagnoseError> {
     let axes: Vec<Axis> = point.values.iter().map(|value| Axis::held(*value)).collect();
     let fits = fit(model, &axes, masks, &elsewhere(&point), ELSEWHERE)?;
     Ok(fits.into_iter().next().map_or(point, |fit| fit.point))
 }
 
-/// Starts on other data: with the noise as it was, and with a strong observer, for the way from next to no noise back is long.
+/// Starts on other data: with the fitted noise, and with a strong observer, because a search that starts with almost no noise converges
+/// slowly.
 fn elsewhere(point: &Point) -> [Point; 2] {
     let noise = Noise { sigma_d: point.noise.sigma_d.max(0.1), tau_d: 2.0, ..point.noise };
     [point.clone(), Point { noise, ..point.clone() }]
@@ -338,7 +339,7 @@ mod tests {
     use crate::diagnose::{Effort, made_up};
     use crate::wgsl::extension_named;
 
-    /// A recording of which the end is held back, and another file.
+    /// A recording with a held-back end, and another file.
     #[test]
     fn an_event_happens_in_the_held_back_end_of_its_recording_only() {
         let train = [made_up::drive("other.csv", 0.0), made_up::drive("mine.csv", 0.0)];

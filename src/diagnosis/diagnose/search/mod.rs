@@ -1,4 +1,4 @@
-//! From where, and in which way, a model with a cause is fitted.
+//! Fits of a model with a cause: starts and strategies.
 
 pub mod base;
 pub mod fitted_model;

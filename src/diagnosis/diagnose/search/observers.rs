@@ -1,17 +1,18 @@
-//! The observers that searches go through: what one hides in its missing acceleration, another shows.
+//! The observers under which searches run: one may show an effect that another hides in its missing acceleration.
 
 use crate::diagnose::drive::Drive;
 use crate::diagnose::drive::smoothing::rough;
 use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::policy::POLICY;
 
-/// Missing acceleration \[m/s²\] and its time constant \[s\] of a nearly free simulation: it shows what a strong observer corrects away.
+/// Missing acceleration \[m/s²\] and its time constant \[s\] of a nearly free simulation: it shows effects that a strong observer corrects
+/// away.
 const NEARLY_FREE: (f64, f64) = (0.008, 1.0);
-/// The same of a strong observer: it sees even a car whose parameters are far off.
+/// The same for a strong observer: a run follows the car even with parameters that are far off.
 const STRONG: (f64, f64) = (0.15, 2.0);
 /// Noise of ordinary sensors of spacing and speed \[m, m/s\].
 const ORDINARY: [f64; 2] = [0.02, 0.02];
-/// Share of the ordinary noise below which a sensor is precise.
+/// A sensor with less than this share of the ordinary noise is precise.
 const PRECISE: f64 = 0.5;
 /// Six times the gusts of 0.05 m/s² over 2 s, as the growth of the square of the speed's error \[m²/s³\] (half of it).
 const ASTRAY: f64 = 0.03;
@@ -29,27 +30,27 @@ impl Noise {
         Noise { sigma_d: NEARLY_FREE.0, tau_d: NEARLY_FREE.1, ..*self }
     }
 
-    /// The same, but no stronger than it is: where nearly nothing is missing already, more of it would hide what a start is to show.
+    /// The same, but no stronger than now: if almost nothing is missing, a stronger observer would hide the effect that a start is to show.
     #[must_use]
     pub fn freer(&self) -> Noise {
         Noise { sigma_d: NEARLY_FREE.0.min(self.sigma_d), tau_d: NEARLY_FREE.1, ..*self }
     }
 
-    /// True where something is missing that the model makes up for by its missing acceleration.
+    /// True if the model compensates for a missing effect by its missing acceleration.
     #[must_use]
     pub fn is_lost(&self) -> bool {
         self.sigma_d > POLICY.lost_size && self.tau_d > POLICY.lost_time
     }
 
-    /// True where so much is missing that the model may be far off: large or long, and so less than [`Noise::is_lost`] asks.
+    /// True if so much is missing that the model may be far off: large or lasting, so it requires less than [`Noise::is_lost`].
     #[must_use]
     pub fn is_astray(&self) -> bool {
         self.sigma_d.powi(2) * self.tau_d > ASTRAY
     }
 }
 
-/// The noise to search with where the likelihood is so rugged that a search stops beside the cause: where sensors are precise, as if they
-/// were ordinary; with a factor, as if they were so many times worse. `None` where it is smooth enough.
+/// The noise to search with if the likelihood is so rugged that a search would stop beside the cause: ordinary noise in place of that of
+/// precise sensors, times `factor`. `None` if it is smooth enough.
 #[must_use]
 pub fn softened(noise: &Noise, factor: f64) -> Option<Noise> {
     let precise = noise.r_s < PRECISE * ORDINARY[0] || noise.r_v < PRECISE * ORDINARY[1];
@@ -60,7 +61,7 @@ pub fn softened(noise: &Noise, factor: f64) -> Option<Noise> {
     Some(Noise { r_s: noise.r_s.max(least[0]), r_v: noise.r_v.max(least[1]), ..*noise })
 }
 
-/// Noise levels of drives before anything is fitted, and a strong observer.
+/// Noise levels of drives before a fit, and a strong observer.
 #[must_use]
 pub fn first_noise(drives: &[Drive]) -> Noise {
     let mean = |of: &dyn Fn(&Drive) -> f64| drives.iter().map(of).sum::<f64>() / drives.len().max(1) as f64;

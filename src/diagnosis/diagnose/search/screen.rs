@@ -1,4 +1,4 @@
-//! Every cause tried on top of a model: fitted with its own noise from many starts.
+//! Tries every cause on top of a model: fits with free noise from many starts.
 
 use super::fitted_model::{Context, FittedModel};
 use super::search_budget::SearchBudget;
@@ -14,13 +14,13 @@ use rayon::prelude::*;
 /// A cause, and the present model with it.
 pub type ScreenedCause = (&'static Extension, FittedModel);
 
-/// How long a cause takes to try, next to others: times have to be scanned, and jumps to be searched without derivatives.
+/// Cost class of a cause: times need a scan, jumps a search without derivatives.
 fn takes(cause: &Extension) -> usize {
     let times = cause.parameters.iter().filter(|symbol| symbol.is_time()).count();
     2 * times + usize::from(is_rugged(cause))
 }
 
-/// All causes tried on top of a model: those that run, and those that could not be tried; both in the order given.
+/// Tries all causes on top of a model; returns those that run, and those that could not be tried, both in the order given.
 ///
 /// # Errors
 /// As [`FittedModel::fitted`].
@@ -31,7 +31,7 @@ pub fn screen(
     missing: &[Vec<f64>],
     spending: &SearchBudget,
 ) -> Result<(Vec<ScreenedCause>, Vec<Skipped>), DiagnoseError> {
-    // What takes longest comes first, so that nobody waits for it in the end.
+    // The slowest causes start first, so that all threads finish at about the same time.
     let mut order: Vec<usize> = (0..causes.len()).collect();
     order.sort_by_key(|&i| std::cmp::Reverse(takes(causes[i])));
     let fastest = fastest(setting.question.train);
@@ -60,7 +60,7 @@ pub fn screen(
     Ok((tried, dropped))
 }
 
-/// Share of a cause's effect that the other parameters cannot absorb, and those that absorb most of it.
+/// Share of a cause's effect that the other parameters cannot absorb, and the parameters that absorb most of the rest.
 #[must_use]
 pub fn identifiability(candidate: &FittedModel, cause: &'static Extension) -> (f64, Vec<String>) {
     let positions = candidate.model.positions(cause);
@@ -75,15 +75,15 @@ pub fn identifiability(candidate: &FittedModel, cause: &'static Extension) -> (f
     (index, names.map(|(j, _)| candidate.model.symbols[*j].name().to_owned()).collect())
 }
 
-/// Share of a parameter's information that the others leave it, and their weights in what they take. Those of `beside` and the
-/// nuisance lead take nothing.
+/// Share of a parameter's information that the others leave, and their weights in the part that they absorb. Those of `beside` and the
+/// nuisance lead absorb nothing.
 pub fn own_share(candidate: &FittedModel, beside: &[usize], k: usize) -> (f64, Vec<(usize, f64)>) {
     let information = &candidate.fit.information;
     if information.nrows() <= k || information[(k, k)] <= 0.0 {
-        // It does nothing at all here, so nothing can absorb it.
+        // The cause does nothing here, so nothing can absorb it.
         return (1.0, Vec::new());
     }
-    // The nuisance lead reaches a twentieth of a second and can absorb nothing larger, whatever its derivative says.
+    // The nuisance lead is at most 0.05 s and cannot absorb a larger effect, whatever its derivative.
     let lead = extension_named(LEAD).map_or_else(Vec::new, |lead| candidate.model.positions(lead));
     let others: Vec<usize> = (0..candidate.model.axes.len())
         .filter(|j| *j != k && !beside.contains(j) && !lead.contains(j))

@@ -1,40 +1,40 @@
-//! How much a diagnosis may search.
+//! Search budgets of the efforts.
 
 use crate::diagnose::likelihood::fit::Plan;
 use crate::diagnose::question::Effort;
 
-/// What an effort buys.
+/// The search budget of an effort.
 #[derive(Debug, Clone, Copy)]
 pub struct SearchBudget {
     /// Search of one cause.
     pub plan: Plan,
-    /// Hints per cause and drive that are followed.
+    /// Number of starts per cause and drive.
     pub hints: usize,
-    /// Random candidates for the base, and its search.
+    /// Number of random candidates for the base.
     pub population: usize,
     /// Search of the base.
     pub base: Plan,
     /// Causes that are cross-fitted.
     pub short_list: usize,
-    /// Simulations after which no further round begins, if there are two causes already.
+    /// Number of simulations after which no further round begins, if there are two causes already.
     pub enough: u64,
 }
 
 impl SearchBudget {
-    /// For further rounds, in which most of what there was is found.
+    /// The budget of further rounds, which start from a model that has most of the effects.
     #[must_use]
     pub fn further(&self) -> SearchBudget {
         let plan = Plan { select: (self.plan.select - 1).max(1), keep: 1, ..self.plan };
         SearchBudget { plan, ..*self }
     }
 
-    /// What an effort buys.
+    /// The budget of an effort.
     #[must_use]
     pub fn of(effort: Effort) -> SearchBudget {
         let plan = |select, rough, keep, fine| Plan { select, rough, keep, fine, tolerance: 0.1, least: [0.0; 2] };
         match effort {
             Effort::Quick => SearchBudget {
-                // Whether a cause has half a nat more decides nothing; an adopted one is fitted again in the next round, if there is one.
+                // Half a nat decides nothing, and the next round, if any, fits an adopted cause again.
                 plan: Plan { tolerance: 0.5, ..plan(2, 2, 1, 8) },
                 hints: 3,
                 population: 96,

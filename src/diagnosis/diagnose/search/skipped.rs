@@ -4,19 +4,19 @@ use crate::evaluator::CaseError;
 use crate::extension::{Extension, ExtensionConflict};
 use std::fmt;
 
-/// Why a cause could not be tried. `Display` says it after the cause's name.
+/// Why a cause could not be tried. `Display` follows the name of the cause.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Untried {
     /// It cannot be in the model.
     Conflict(ExtensionConflict),
     /// The data lack what it needs, or are too short.
     Data(CaseError),
-    /// Nothing tells with which values of these parameters to begin; they have no neutral one.
+    /// Parameters without a neutral value for which nothing gives a start value.
     NoStart {
-        /// Their names; none where the cause has no parameter at all.
+        /// Their names; empty if the cause has no parameter at all.
         parameters: Vec<String>,
     },
-    /// No run from any start came to the end.
+    /// No start gives a complete run.
     NotFinite,
 }
 
@@ -24,7 +24,7 @@ pub enum Untried {
 pub type Skipped = (&'static Extension, Untried);
 
 impl Untried {
-    /// What to do about it.
+    /// The remedy.
     #[must_use]
     pub fn remedy(&self) -> String {
         match self {
@@ -35,14 +35,14 @@ impl Untried {
             Untried::Data(CaseError::Missing { remedy, .. }) => (*remedy).to_owned(),
             Untried::Data(_) => "give longer data".to_owned(),
             Untried::NoStart { parameters } if parameters.is_empty() => {
-                "give it a parameter that says how much, with a neutral value".to_owned()
+                "give it a size: a parameter with a neutral value".to_owned()
             }
             Untried::NoStart { .. } => {
-                "give longer data, or a neutral value to what is neither a time of the file nor a frequency in Hz"
+                "give longer data, or a neutral value for each parameter that is neither a time of the file nor a frequency in Hz"
                     .to_owned()
             }
             Untried::NotFinite => {
-                "keep the arguments of its divisions and roots in range, and see that the car keeps its distance"
+                "keep the arguments of its divisions and roots in range, and check that the car keeps its distance"
                     .to_owned()
             }
         }
@@ -60,7 +60,7 @@ impl fmt::Display for Untried {
             Untried::Data(error) => error.fmt(f),
             Untried::NoStart { parameters } if parameters.is_empty() => f.write_str("has no parameter to be fitted"),
             Untried::NoStart { parameters } => {
-                write!(f, "nothing in the data tells with which {} to begin", parameters.join(", "))
+                write!(f, "the data give no start value for {}", parameters.join(", "))
             }
             Untried::NotFinite => f.write_str("gives no finite result at any size tried"),
         }

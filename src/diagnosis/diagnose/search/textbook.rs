@@ -9,8 +9,8 @@ pub fn fastest(drives: &[Drive]) -> f64 {
     drives.iter().flat_map(|drive| &drive.trajectory.v_f).copied().fold(0.0, f64::max)
 }
 
-/// Textbook values of free driving, braking and gains instead of a model's own: what the base lacks is often imitated by them, and then
-/// does nothing from there. `fastest` is the largest speed of the follower \[m/s\].
+/// Replaces a model's free driving, braking and gains by textbook values: they often imitate an effect that the base lacks, and the
+/// textbook values do not. `fastest` is the largest speed of the follower \[m/s\].
 #[must_use]
 pub fn with_textbook_values(model: &Model, values: &[f64], fastest: f64) -> Vec<f64> {
     let textbook = [

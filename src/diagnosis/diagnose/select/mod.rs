@@ -1,4 +1,4 @@
-//! Which causes become part of the model, round by round.
+//! Selects the causes of the model, round by round.
 
 pub mod adopt;
 pub mod other_laws;

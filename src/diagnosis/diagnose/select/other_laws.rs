@@ -1,4 +1,4 @@
-//! Other base models, without any cause: a chain of large causes can imitate another law, and only this comparison shows it.
+//! Other base models without causes: a chain of large causes can imitate another law, and only this comparison shows it.
 
 use crate::catalog::{BASES, Base, Variant};
 use crate::diagnose::question::DiagnoseError;
@@ -8,7 +8,7 @@ use crate::diagnose::search::search_budget::SearchBudget;
 use crate::extension::Extensions;
 use rayon::prelude::*;
 
-/// The other base models with the same delay, dynamics and constraint, calibrated once; the likeliest comes first.
+/// The other base models with the same delay, dynamics and constraint, each calibrated once; the likeliest comes first.
 ///
 /// # Errors
 /// As [`calibrate_once`].

@@ -1,4 +1,4 @@
-//! What is not needed any more beside what was found later goes.
+//! Drops causes that later ones made superfluous.
 
 use super::adopt::State;
 use crate::catalog::Variant;
@@ -12,14 +12,14 @@ use crate::diagnose::search::search_budget::SearchBudget;
 use crate::extension::Extension;
 
 impl State {
-    /// Drops every cause that would not be adopted beside the others any more: what was found later may explain it, or may have moved it
-    /// to a bound. After each all others are looked at again.
+    /// Drops every cause that would not be adopted beside the others: a later one may explain its effect, or may have moved it to a bound.
+    /// After each removal it checks all others again.
     ///
     /// # Errors
     /// As [`FittedModel::fitted`].
     pub fn prune(&mut self, setting: &Context<'_>, spending: &SearchBudget) -> Result<(), DiagnoseError> {
         if self.current.causes.len() == 1 {
-            // It was judged against the base when it was adopted.
+            // Adoption has already compared it with the base.
             return Ok(());
         }
         let mut place = 0;
@@ -46,7 +46,7 @@ impl State {
                 row.fate = Fate::Dropped(objection.clone());
             }
             self.stopped.push((cause, evidence, need, objection));
-            // What the others cost beside it says nothing any more.
+            // The removal changes the evidence of all others.
             place = 0;
         }
         Ok(())

@@ -1,43 +1,43 @@
-//! What a result asks its reader to do before anything else, and next.
+//! The first and the next action that a result recommends to its reader.
 
 use super::Outcome;
 use crate::diagnose::Verdict;
 use crate::diagnose::drive::drivers::DIFFERENT;
 
 impl Outcome {
-    /// What is to be done before the verdict is read, where the data are to blame for it.
+    /// The action before the verdict, if the data are at fault.
     #[must_use]
     pub fn data_first(&self) -> Option<String> {
         if self.data.iter().any(|entry| entry.units.is_some()) {
             return Some(
-                "The units of the data contradict each other (section 1): correct this first; until then no size and no verdict is reliable"
+                "The units of the data contradict each other (section 1): correct this first; until then, no size or verdict is reliable"
                     .to_owned(),
             );
         }
         if self.data_findings.iter().any(|finding| finding.name == DIFFERENT) {
             return Some(
-                "These drives are hardly of one driver (section 1): what is named here makes up for the difference; diagnose each driver by \
-                 himself"
+                "These drives probably have different drivers (section 1), and a named cause may only compensate for that: \
+                 diagnose each driver separately"
                     .to_owned(),
             );
         }
         if self.has_bad_data() {
             return Some(
-                "Gap and speeds contradict each other (section 1): no verdict here can be trusted until that is mended"
+                "Gap and speeds contradict each other (section 1): correct this first; until then, no verdict is reliable"
                     .to_owned(),
             );
         }
-        // A base is not to blame for a gap that it cannot have driven.
+        // A base is not at fault for a gap that it cannot have driven.
         let broken = self.data_findings.iter().any(|f| f.name == "inconsistent");
         let shaken = matches!(self.verdict, Verdict::BadBase | Verdict::Unexplained);
         (broken && shaken).then(|| {
-            "The data are broken (section 1: INCONSISTENT), and no base model can follow them: correct the data first (section 1), or cut \
-             out what is sound with --from and --to"
+            "The data are broken (section 1: INCONSISTENT), and no base model can follow them: correct the data first (section 1), or \
+             select the sound part with --from and --to"
                 .to_owned()
         })
     }
 
-    /// The base model to go on with, where the car follows another law: as `--base` takes it.
+    /// The base model to continue with if the car follows another law, as `--base` takes it.
     #[must_use]
     pub fn likelier_base(&self) -> Option<String> {
         let family = self.left_over.iter().find(|left| left.kind == "family")?;

@@ -21,7 +21,7 @@ use crate::trajectory::Trajectory;
 use crate::wgsl::extension_named;
 use serde::{Deserialize, Serialize};
 
-/// Version of the file; raised by every change that breaks a reader.
+/// Version of the file; raise it with every change that breaks a reader.
 pub const SCHEMA_VERSION: u32 = 4;
 
 /// A parameter with its uncertainty.
@@ -29,29 +29,29 @@ pub const SCHEMA_VERSION: u32 = 4;
 pub struct ParameterEntry {
     /// Its name.
     pub name: String,
-    /// Its estimate.
+    /// Estimate.
     pub value: f64,
     /// SI unit, `-` if dimensionless.
     pub unit: String,
     /// 95 % interval.
     pub interval: Option<[f64; 2]>,
-    /// True if it lies on a bound of the search: the data want more than the bounds allow, or do not care.
+    /// True if it lies on a bound of the search: the optimum is beyond the bound, or the data do not determine the parameter.
     #[serde(default, skip_serializing_if = "std::ops::Not::not")]
     pub at_bound: bool,
 }
 
-/// A cause that was adopted, or that explains the data as well.
+/// A cause that was adopted, or one that explains the data as well.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct CauseEntry {
     /// Its name in the library.
     pub name: String,
-    /// What it does, in words.
+    /// Its effect, in words.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub meaning: Option<String>,
-    /// Its term in the loop.
+    /// Its term in the model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub equation: Option<String>,
-    /// The adopted cause that it could be in the place of.
+    /// The adopted cause that it could replace.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub instead_of: Option<String>,
     /// Its equivalence class.
@@ -60,9 +60,9 @@ pub struct CauseEntry {
     pub parameters: Vec<ParameterEntry>,
     /// Held-out gain in log-likelihood \[nats\].
     pub evidence: f64,
-    /// What it had to exceed.
+    /// Threshold of the evidence.
     pub threshold: f64,
-    /// What `evidence` and `threshold` are: `analytic`, nats; `bootstrap`, standard errors and a probability by chance.
+    /// Kind of `evidence` and `threshold`: `analytic`, both in nats; `bootstrap`, standard errors and a probability by chance.
     pub threshold_kind: String,
     /// File and follower, for an event that happens in one recording only.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -80,7 +80,7 @@ pub struct NotTriedEntry {
     /// What the data lack, if that is why.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub needs: Option<String>,
-    /// What to do.
+    /// The remedy.
     pub remedy: String,
 }
 
@@ -101,7 +101,7 @@ impl NotTriedEntry {
 pub struct FindingEntry {
     /// Kind of fault.
     pub name: String,
-    /// `leader`, `follower`, `both`, or `leader or follower` where it cannot be told.
+    /// `leader`, `follower` or `both`; `leader or follower` if the data do not show which.
     pub car: String,
     /// `speed` or `gap`.
     pub signal: String,
@@ -113,36 +113,36 @@ pub struct FindingEntry {
     pub interval: Option<[f64; 2]>,
     /// The file.
     pub file: String,
-    /// Stretches of the file's time \[s\]; empty: all of it.
+    /// Stretches of the file's time \[s\]; empty: the whole file.
     #[serde(rename = "when_s")]
     pub when: Vec<[f64; 2]>,
-    /// Line of the file where it begins; none if it is everywhere.
+    /// Line of the file at which it begins; `None` if it affects the whole file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub line: Option<u64>,
-    /// Whether it moves what is calibrated.
+    /// Whether it biases calibrated parameters.
     #[serde(default)]
     pub matters: bool,
-    /// What it does to parameters, where it matters.
+    /// Its effect on parameters, if it has one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub effect: Option<String>,
-    /// Options that mend or avoid it, with their values: `correct`, `to 69.9`.
+    /// Options that correct or avoid it, with their values: `correct`, `to 69.9`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub remedies: Vec<String>,
     /// In words.
     pub sentence: String,
-    /// What was done about it, if it was asked for.
+    /// The correction, if one was requested.
     pub correction: Option<String>,
 }
 
 impl FindingEntry {
-    /// The sentence with what the fault does to parameters.
+    /// The sentence with the effect of the fault on parameters.
     #[must_use]
     pub fn told(&self) -> String {
         let effect = self.effect.as_ref().map_or_else(String::new, |effect| format!("; {effect}"));
         format!("{}{effect}", self.sentence)
     }
 
-    /// Drives of different drivers.
+    /// A finding of drives with different drivers.
     #[must_use]
     pub fn different(found: Different) -> FindingEntry {
         FindingEntry {
@@ -158,13 +158,13 @@ impl FindingEntry {
         }
     }
 
-    /// What the check of the data found in a trajectory.
+    /// The findings of the data check for a trajectory.
     #[must_use]
     pub fn of(trajectory: &Trajectory) -> Vec<FindingEntry> {
         trajectory.findings().map(|finding| FindingEntry::new(&trajectory.source.path, finding)).collect()
     }
 
-    /// A finding of a file, with what was done about it.
+    /// A finding of a file, with its correction.
     #[must_use]
     pub fn new(file: &str, finding: &Finding) -> FindingEntry {
         FindingEntry {
@@ -186,14 +186,14 @@ impl FindingEntry {
     }
 }
 
-/// What is left unexplained.
+/// Unexplained structure.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LeftOverEntry {
-    /// What it is locked to: `road`, `speed`, `bursts`, `missing_acceleration`, ...
+    /// The quantity that it depends on: `road`, `speed`, `bursts`, `missing_acceleration`, ...
     pub kind: String,
-    /// Where it sits.
+    /// Its position.
     pub r#where: String,
-    /// Its size, as the kind says.
+    /// Its size; the kind gives the unit.
     pub size: f64,
 }
 
@@ -202,18 +202,18 @@ pub struct LeftOverEntry {
 pub struct RungEntry {
     /// Its name.
     pub name: String,
-    /// Round of adoption, from 1.
+    /// Round, from 1.
     pub round: usize,
     /// Gain in log-likelihood on all training data \[nats\].
     pub gain: Option<f64>,
-    /// Held-out gain \[nats\]; none if it did not come so far.
+    /// Held-out gain \[nats\]; `None` if it was not cross-fitted.
     pub evidence: Option<f64>,
-    /// What it had to exceed.
+    /// Threshold of the evidence \[nats\].
     pub threshold: f64,
-    /// What was asked of it, in this order, up to the first check that is not met; none if it was not cross-fitted.
+    /// Checks in order, up to the first that failed; empty if it was not cross-fitted.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub checks: Vec<Check>,
-    /// In words: `adopted`, or what was against it.
+    /// In words: `adopted`, or the objection.
     pub fate: String,
 }
 
@@ -293,29 +293,29 @@ pub struct DataEntry {
     pub samples: usize,
     /// Gap rate minus speed difference over a second, rms \[m/s\].
     pub gap_rate_rms_mps: Option<f64>,
-    /// What cannot be seen in these data.
+    /// Faults that these data cannot show.
     pub unseen: Vec<String>,
-    /// That gap and speeds are in units that contradict each other, in words.
+    /// The message if gap and speeds are in units that contradict each other.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub units: Option<String>,
-    /// By how much it was moved along the road \[m\], to where its grade is that of the first file.
+    /// Displacement along the road \[m\], to where its grade matches that of the first file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub moved_m: Option<f64>,
 }
 
 impl DataEntry {
-    /// That it was moved, in words.
+    /// The message about the displacement.
     #[must_use]
     pub fn moved(&self) -> Option<String> {
         let told = |by| {
             format!(
-                "moved along the road by {by:+.0} m, to where its grade is that of the first file: at its own positions it is not"
+                "moved along the road by {by:+.0} m, to where its grade matches that of the first file; at its own positions it does not"
             )
         };
         self.moved_m.map(told)
     }
 
-    /// Takes over what the check of the data says.
+    /// Adds the results of the data check.
     pub fn take(&mut self, soundness: &Soundness) {
         self.gap_rate_rms_mps = soundness.rate_rms_mps;
         self.unseen.clone_from(&soundness.unseen);
@@ -340,16 +340,16 @@ pub struct ErrorsEntry {
     pub nrmse_sva: f64,
 }
 
-/// The base model, and the recommended one, on a drive that they were not fitted to.
+/// The base model and the recommended one on data that they were not fitted to.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HeldBackEntry {
-    /// The file, each part of which was left out of a fit; or the drive held back, as in `drives`.
+    /// The file, each part of which was left out of a fit; or the held-back drive, as in `drives`.
     pub label: String,
     /// Root mean square error of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\]; none if the simulation ends early.
     pub rms: Option<[f64; 3]>,
     /// NRMSE(s,v,a) of the same run.
     pub nrmse_sva: Option<f64>,
-    /// The same of the recommended model.
+    /// The errors of the recommended model.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recommended: Option<ErrorsEntry>,
 }
@@ -363,13 +363,13 @@ pub struct ModelEntry {
     pub extensions: Vec<String>,
     /// Its parameters.
     pub parameters: Vec<ParameterEntry>,
-    /// Missing acceleration, standard deviation \[m/s²\] ...
+    /// Standard deviation of the missing acceleration \[m/s²\].
     pub sigma_d_mps2: f64,
-    /// ... and time constant \[s\].
+    /// Time constant of the missing acceleration \[s\].
     pub tau_d_s: f64,
-    /// Noise of the gap \[m\] ...
+    /// Noise of the gap \[m\].
     pub noise_gap_m: f64,
-    /// ... and of the speed \[m/s\].
+    /// Noise of the speed \[m/s\].
     pub noise_speed_mps: f64,
     /// Log-likelihood on the training data \[nats\].
     pub log_likelihood: f64,
@@ -379,8 +379,8 @@ pub struct ModelEntry {
 const LEAD: &str = "lead_h";
 
 impl ModelEntry {
-    /// Its parameters without the lead, which makes up for a car that is controlled in finer steps than the simulation's, and is none of its
-    /// properties.
+    /// Its parameters without the lead, which compensates for a car that is controlled in finer steps than the simulation, and is not a
+    /// property of the car.
     pub fn of_car(&self) -> impl Iterator<Item = &ParameterEntry> {
         self.parameters.iter().filter(|p| p.name != LEAD)
     }
@@ -391,7 +391,7 @@ impl ModelEntry {
 pub struct Outcome {
     /// [`SCHEMA_VERSION`].
     pub schema_version: u32,
-    /// How it ends.
+    /// The verdict.
     pub verdict: Verdict,
     /// Why.
     pub reason: String,
@@ -403,32 +403,32 @@ pub struct Outcome {
     pub not_testable: Vec<NotTestable>,
     /// Faults of the data.
     pub data_findings: Vec<FindingEntry>,
-    /// Gain of what is named on the hold-out; `null` where nothing is named, where a model is recommended, whose gain stands there, or where
-    /// it could not be measured.
+    /// Gain of the named causes on the hold-out; `null` without a name, if a model is recommended (`recommended` has its gain), or if it
+    /// could not be measured.
     pub gain: Option<Gain>,
-    /// What to calibrate with; `null` where the base follows unseen drives as well.
+    /// The model to calibrate; `null` if none is recommended.
     #[serde(default)]
     pub recommended: Option<Recommended>,
-    /// The gain that these drives could have shown, where nothing is named.
+    /// The gain that these drives could have shown, if no cause is named.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub power: Option<Power>,
     /// Other laws on the same drives.
     #[serde(default)]
     pub base_laws: Vec<LawEntry>,
-    /// What is remarkable about the base: bounds, collisions.
+    /// Notes on the base: bounds, collisions, better laws.
     #[serde(default)]
     pub base_notes: Vec<String>,
-    /// What is left.
+    /// Unexplained structure.
     pub left_over: Vec<LeftOverEntry>,
     /// Simulated candidates.
     pub simulations: u64,
-    /// False if the search ended because the effort had simulated enough, so that it was not asked whether more is missing.
+    /// False if the simulation limit of the effort ended the search, so that more causes may be missing.
     #[serde(default = "searched_to_the_end")]
     pub complete: bool,
-    /// Why the gain could not be measured, where something was adopted.
+    /// Why the gain could not be measured, if causes were adopted.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub gain_error: Option<String>,
-    /// The base model, and the recommended one, on all that they were not fitted to, whatever is found.
+    /// The base model and the recommended one on data that they were not fitted to, with any verdict.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub base_held_back: Vec<HeldBackEntry>,
     /// Causes that could not be tried.
@@ -437,7 +437,7 @@ pub struct Outcome {
     /// The program and its version.
     #[serde(default)]
     pub program: String,
-    /// What simulated: always `lanes`, in `f64`, on no device.
+    /// The evaluator: always `lanes`, in `f64`, without a device.
     #[serde(default)]
     pub evaluator: String,
     /// See `evaluator`.
@@ -449,7 +449,7 @@ pub struct Outcome {
     /// The convention.
     #[serde(default)]
     pub convention: String,
-    /// The one seed.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// `quick`, `normal` or `thorough`.
     pub effort: String,
@@ -457,22 +457,22 @@ pub struct Outcome {
     pub data: Vec<DataEntry>,
     /// The drives in the order of the numbered files: training, then held back.
     pub drives: Vec<DriveEntry>,
-    /// What was held back, in words.
+    /// The held-back data, in words.
     pub held_back: String,
     /// The base model, fitted to all drives over their whole length.
     pub base: Option<ModelEntry>,
-    /// The recommended model, fitted likewise; else the one with the causes that the likelihood names, as it fits them.
+    /// The recommended model, fitted likewise; otherwise the one with the causes that the likelihood names, as it fits them.
     pub extended: Option<ModelEntry>,
-    /// Error of the base model's free simulation on the training data, of the drives to whose end it comes.
+    /// Error of the base model's free simulation on the training drives that it completes.
     pub budget: Option<Budget>,
-    /// Training drives to whose end the base model's free simulation does not come; they are not in `budget`.
+    /// Training drives that the base model's free simulation does not complete; they are not in `budget`.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub broken_off: Vec<BrokenOffEntry>,
     /// The base model's missing acceleration, sorted.
     pub missing: Option<Profiles>,
-    /// The extended model's, where there is one.
+    /// The same for the extended model.
     pub missing_left: Option<Profiles>,
-    /// All that was tried.
+    /// All causes that were tried.
     pub ladder: Vec<RungEntry>,
     /// Every model that was judged in the race.
     #[serde(default)]
@@ -482,13 +482,13 @@ pub struct Outcome {
     pub policy: serde_json::Value,
 }
 
-/// Results from before this was noted.
+/// Older results lack the entry.
 fn searched_to_the_end() -> bool {
     true
 }
 
 impl Outcome {
-    /// As text; the same result gives the same bytes.
+    /// The JSON text; the same result gives the same bytes.
     #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("numbers and text can be written") + "\n"
@@ -515,14 +515,14 @@ impl Outcome {
         self.confounded_with.iter().filter(own)
     }
 
-    /// True if the data contradict themselves so much that no verdict can be had from them.
+    /// True if the data contradict themselves so much that no verdict is reliable.
     #[must_use]
     pub fn has_bad_data(&self) -> bool {
         has_bad_data(&self.data, &self.data_findings)
     }
 }
 
-/// True if data contradict themselves, or are of several drivers, so that no verdict can be had from them.
+/// True if data contradict themselves, or have several drivers, so that no verdict is reliable.
 #[must_use]
 pub fn has_bad_data(data: &[DataEntry], findings: &[FindingEntry]) -> bool {
     data.iter().any(|entry| entry.units.is_some())

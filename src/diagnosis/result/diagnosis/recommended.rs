@@ -1,4 +1,4 @@
-//! What the race says, as it stands in `diagnosis.json`.
+//! The results of the race in `diagnosis.json`.
 
 use super::ParameterEntry;
 use crate::judge::Check;
@@ -10,43 +10,43 @@ use serde::{Deserialize, Serialize};
 pub struct RecommendedCause {
     /// Its name in the library.
     pub name: String,
-    /// What it does, in a sentence.
+    /// Its effect, in a sentence.
     pub meaning: String,
-    /// Its parameters; the interval is that of a jackknife over the folds.
+    /// Its parameters; the intervals are those of a jackknife over the folds.
     pub parameters: Vec<ParameterEntry>,
 }
 
-/// By how much the error on unseen drives falls.
+/// The reduction of the error on unseen drives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ClosedLoopGain {
-    /// What is compared: `nrmse_sva_10s`, the mean over bins of 10 s of the errors of spacing, speed and acceleration, each relative to
-    /// the root mean square of the drive.
+    /// The measure: `nrmse_sva_10s`, the mean over bins of 10 s of the errors of spacing, speed and acceleration, each relative to the root
+    /// mean square of the drive.
     pub measure: String,
-    /// Of the base.
+    /// Error of the base.
     pub base: f64,
-    /// Of the extended model.
+    /// Error of the extended model.
     pub extended: f64,
     /// 95 % interval of base minus extended.
     pub interval: [f64; 2],
 }
 
-/// One drive.
+/// Errors on one drive.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct PerDrive {
     /// The file.
     pub path: String,
-    /// NRMSE(s,v,a) of the base where the drive, or a part of it, was left out.
+    /// NRMSE(s,v,a) of the base on the drive, or on its parts, when left out.
     pub base: f64,
-    /// The same of the extended model.
+    /// The same for the extended model.
     pub extended: f64,
 }
 
 /// Drives, or parts of them, in which a model comes closer than 0.1 m to the car ahead.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Collisions {
-    /// Of the base.
+    /// Number for the base.
     pub base: usize,
-    /// Of the extended model.
+    /// Number for the extended model.
     pub extended: usize,
 }
 
@@ -54,13 +54,13 @@ pub struct Collisions {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Why {
-    /// All of it, or of its families, is named, too.
+    /// All of its causes, or relatives of them, are named.
     Confirmed,
-    /// It follows unseen drives better; nothing like it is named.
+    /// It follows unseen drives better, and no cause of its families is named.
     Helps,
 }
 
-/// What to calibrate with.
+/// The model to calibrate.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Recommended {
     /// The causes, in the order in which they were found.
@@ -69,20 +69,20 @@ pub struct Recommended {
     pub why: Why,
     /// All parameters of the model, fitted to all drives over their whole length. `extended` of the result has their intervals.
     pub parameters: IndexMap<String, f64>,
-    /// True if it comes closer than 0.1 m to the car ahead in no part of the drives that its fits left out.
+    /// True if it comes closer than 0.1 m to the car ahead in no part that its fits left out.
     pub safe: bool,
-    /// The counts.
+    /// The counts, in words.
     pub safe_reason: String,
-    /// The bounds that each was fitted within.
+    /// The bounds of each parameter in the fit.
     #[serde(default)]
     pub bounds: IndexMap<String, [f64; 2]>,
     /// Over whole drives.
     pub gain: ClosedLoopGain,
-    /// Drive by drive, over whole drives.
+    /// Errors drive by drive, over whole drives.
     pub per_drive: Vec<PerDrive>,
-    /// Models that cannot be told from the best (90 %): the causes of each.
+    /// Models that cannot be distinguished from the best (90 %): the causes of each.
     pub confidence_set: Vec<Vec<String>>,
-    /// Over whole drives that were left out.
+    /// Numbers over whole drives that the fits left out.
     pub collisions: Collisions,
 }
 
@@ -91,23 +91,23 @@ pub struct Recommended {
 pub struct LawEntry {
     /// Its name.
     pub name: String,
-    /// Share by which its error on unseen drives is smaller than that of the base; negative: larger.
+    /// Share by which its error on unseen drives is smaller than that of the base; negative if larger.
     pub gain: f64,
 }
 
-/// The gain that drives could have shown, where nothing is named.
+/// The gain that the drives could have shown, if no cause is named.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Power {
-    /// Gain at 15 s, as a share of the error, that is found with a probability of 80 %.
+    /// Gain at 15 s, as a share of the error, that these drives show with a probability of 80 %.
     pub gain: f64,
     /// Causes of the model that comes closest to a name.
     pub causes: Vec<String>,
-    /// Minutes of such driving, beside those given, after which it would be found as often, if its gain is what it seems; none where its gain
-    /// is less than a standard error.
+    /// Further minutes of such driving after which the race would find it with this probability, if its gain is real; `None` if the gain is
+    /// less than a standard error.
     pub minutes: Option<f64>,
 }
 
-/// What a model gains at one horizon.
+/// The gain of a model at one horizon.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct HorizonGain {
     /// Time constant of the correction towards the measurement \[s\]; `null`: whole drives.
@@ -127,32 +127,32 @@ pub struct Trial {
     pub causes: Vec<String>,
     /// Share by which the error on unseen drives falls, over whole drives.
     pub gain: f64,
-    /// What it gains at each horizon, the shortest first.
+    /// Its gain at each horizon, the shortest first.
     pub horizons: Vec<HorizonGain>,
     /// The gain of all horizons together in standard errors.
     pub standard_errors: f64,
-    /// Probability of so large a gain by chance, adjusted for all models.
+    /// Probability of at least this gain by chance, adjusted for all models.
     pub probability: f64,
-    /// True if it cannot be told from the best at the shorter horizons.
+    /// True if it cannot be distinguished from the best at the shorter horizons.
     pub in_set: bool,
-    /// Everything that was asked of it.
+    /// All checks of it.
     pub checks: Vec<Check>,
-    /// Whether it passes them all.
+    /// Whether it passes all checks.
     pub passes: bool,
 }
 
-/// All that the race says.
+/// All results of the race.
 #[derive(Debug, Clone, Default, PartialEq, Serialize, Deserialize)]
 pub struct ClosedLoopEntry {
-    /// Bins of 10 s.
+    /// Number of bins of 10 s.
     pub bins: usize,
-    /// Drives, or parts of them, and folds.
+    /// Numbers of drives, or parts of them, and of folds.
     pub parts: [usize; 2],
     /// The numbers that decide.
     pub policy: serde_json::Value,
-    /// Every model that was judged; those that gain next to nothing where they were fitted are not.
+    /// Every model that was judged; models that gain almost nothing on their training data are not.
     pub trials: Vec<Trial>,
-    /// Why nothing could be tried.
+    /// Why no extension could be tried.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub not_testable: Option<String>,
 }

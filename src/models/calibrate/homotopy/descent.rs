@@ -1,22 +1,22 @@
-//! Levenberg and Marquardt's method from several places at once.
+//! The Levenberg-Marquardt method from several points at once.
 
 use super::step::lowest;
 use crate::evaluator::{Pull, Slopes};
 use nalgebra::{DMatrix, DVector};
 
-/// Dampings tried in a turn, as factors of the present one; the first two once more with the majorant.
+/// Dampings tried in an iteration, as factors of the present one; the first two again with the majorant.
 const DAMPINGS: [f64; 6] = [1e-7, 1e-4, 1e-2, 1e-1, 1.0, 30.0];
-/// Number of these that are tried with the majorant, too: where a score approaches 0, its curvature vanishes along the way.
+/// Number of these that are also tried with the majorant: where a score approaches 0, its curvature vanishes along the way.
 const MAJORANTS: usize = 1;
-/// The best factor: a turn in which another one was better moves the damping towards it.
+/// The best factor: an iteration in which another one was better moves the damping towards it.
 const USUAL: f64 = 1e-2;
-/// Damping after a turn without gain grows by this.
+/// Factor on the damping after an iteration without gain.
 const HARDER: f64 = 1e3;
 /// Damping beyond which a descent is stuck.
 const STUCK: f64 = 1e8;
 /// Range of the damping after a gain.
 const RANGE: [f64; 2] = [1e-4, 1e6];
-/// Turns in a row with less gain than the tolerance that end a descent.
+/// Number of successive iterations with less gain than the tolerance that end a descent.
 const IDLE: usize = 2;
 /// The least curvature of a coordinate, as a share of the largest.
 const LEAST: f64 = 1e-6;
@@ -28,19 +28,19 @@ pub struct Course {
     pub pull: Pull,
     /// Turns at most.
     pub turns: usize,
-    /// Gain of a turn, as a share of the cost, below which it is idle.
+    /// Gain of an iteration, as a share of the cost, below which a descent has converged.
     pub tolerance: f64,
 }
 
-/// A place on its way down.
+/// A point of a descent.
 #[derive(Debug, Clone)]
 pub struct Walker {
     /// Its coordinates.
     pub place: Vec<f64>,
     /// The cost there.
     pub cost: f64,
-    /// Gain that the least damped step of the last turn promised beyond the real one: large on a kink and at the edge of the
-    /// feasible region, where derivatives do not help.
+    /// Gain that the least damped step of the last iteration promised beyond the real one: large on a kink and at the edge of the feasible
+    /// region, where derivatives do not help.
     pub promise: f64,
     damping: f64,
     idle: usize,
@@ -48,7 +48,7 @@ pub struct Walker {
 }
 
 impl Walker {
-    /// The places to try, and the gain that the first of them promises.
+    /// The points to try, and the gain that the first of them promises.
     fn tries(&self, slopes: &Slopes, held: &[usize]) -> (Vec<Vec<f64>>, f64) {
         let n = self.place.len();
         let lower: Vec<f64> = (0..n).map(|j| if held.contains(&j) { 0.0 } else { -self.place[j] }).collect();
@@ -74,7 +74,7 @@ impl Walker {
         (steps.iter().map(place).collect(), promise)
     }
 
-    /// Moves to the best of the tried places.
+    /// Moves to the best of the tried points.
     fn take(&mut self, cost: f64, (tried, promise): &(Vec<Vec<f64>>, f64), costs: &[f64], tolerance: f64) {
         self.cost = cost;
         let best = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).expect("dampings");
@@ -92,7 +92,7 @@ impl Walker {
     }
 }
 
-/// Simulations of a turn of one place with this many coordinates.
+/// Number of simulations of an iteration at one point with this many coordinates.
 pub fn turn(moved: usize) -> usize {
     moved + 1 + DAMPINGS.len() + MAJORANTS
 }
@@ -103,7 +103,7 @@ pub trait Watch {
     fn spend(&mut self, simulations: usize) -> bool;
 }
 
-/// Cost that a descent minimises, over places whose coordinates lie between 0 and 1.
+/// Cost that a descent minimises, over points whose coordinates lie between 0 and 1.
 pub trait Surface {
     /// Why there is no cost.
     type Error;
@@ -111,7 +111,7 @@ pub trait Surface {
     /// Number of coordinates.
     fn dimensions(&self) -> usize;
 
-    /// Costs of places; infinite where a run fails.
+    /// Costs of points; infinite if a run fails.
     ///
     /// # Errors
     /// Where the surface cannot be evaluated.
@@ -124,7 +124,7 @@ pub trait Surface {
     fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, Self::Error>;
 }
 
-/// Descends from all places, without `held` coordinates; those whose first run fails have an infinite cost.
+/// Descends from all points, without `held` coordinates; those whose first run fails have an infinite cost.
 ///
 /// # Errors
 /// Where the surface cannot be evaluated.

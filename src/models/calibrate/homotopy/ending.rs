@@ -12,19 +12,19 @@ use crate::rescore;
 use crate::symbols::Symbol;
 use nalgebra::{DMatrix, DVector};
 
-/// Largest ratio of the cost of a place to the best one for the place to continue to the end.
+/// Largest ratio of the cost of a point to the best one for the point to continue to the end.
 const BEHIND: f64 = 1.05;
-/// Softness of collisions on the way, and then of those that a place still has: the shortfall becomes small, the price high.
+/// Softness of collisions on the way, and then of those that remain: the shortfall becomes small, the price high.
 const SOFT: [Soft; 3] =
     [Soft { least: 0.1, price: 1.0 }, Soft { least: 0.02, price: 100.0 }, Soft { least: 0.004, price: 1e4 }];
-/// Turns at each softness, and by the exact objective.
+/// Iterations at each softness, and with the exact objective.
 const SOFT_TURNS: [usize; 3] = [15, 8, 8];
 const EXACT_TURNS: usize = 10;
-/// Gain of a turn, as a share of the cost, below which a descent is idle at its end.
+/// Gain of an iteration, as a share of the cost, below which a descent has converged at its end.
 const FINE: f64 = 1e-6;
-/// An unfulfilled promise of the derivatives, as a share of the score: below it a place is an optimum, above it a polish follows.
+/// An unfulfilled promise of the derivatives, as a share of the score: below it a point is an optimum, above it a polish follows.
 const PROMISE: f64 = 1e-5;
-/// Rise of the score, as a share of it, to the places from which a polish on an edge starts, and their number per parameter.
+/// Rise of the score, as a share of it, to the points from which a polish on an edge starts, and their number per parameter.
 const EDGE: f64 = 1e-4;
 const EDGES: usize = 4;
 /// Largest number of simulations of a polish per parameter, and the unit of its generations: the lanes of a small block.
@@ -36,7 +36,7 @@ const LANES: usize = 16;
 const AROUND: usize = 36;
 const RISES: [f64; 2] = [0.005, 0.0005];
 const WIDEST: f64 = 1e-4;
-/// Distance of a delay behind a whole number of samples, so that no rounding puts it before \[s\].
+/// Distance of a delay above a whole number of samples \[s\], so that rounding cannot move it below.
 const BEHIND_A_SAMPLE: f64 = 1e-6;
 
 /// A soft run under a pull.
@@ -44,7 +44,7 @@ pub fn pulled(share: f64) -> Pull {
     Pull { share, soft: Some(SOFT[0]) }
 }
 
-/// Where a descent by the exact objective has ended.
+/// The end of a descent by the exact objective.
 struct Ending {
     place: Vec<f64>,
     score: f64,
@@ -53,7 +53,8 @@ struct Ending {
 }
 
 impl Search<'_> {
-    /// To the end from the best places: collisions become hard, delays whole where the convention has whole ones. The lowest exact score.
+    /// Continues from the best points to the end: collisions become hard, delays whole if the convention has whole ones. Returns the lowest
+    /// exact score.
     pub(super) fn finish(&mut self, walkers: Vec<Walker>, most: usize) -> Result<f64, CalibrateError> {
         let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(f64::INFINITY) };
         let is_near = |walker: &Walker| walker.cost <= best * BEHIND;
@@ -109,7 +110,7 @@ impl Search<'_> {
         Ok(ending)
     }
 
-    /// By scores alone, from a place that may be infeasible.
+    /// Descends by scores alone, from a point that may be infeasible.
     fn polished(&mut self, found: (Vec<f64>, f64), held: &[usize]) -> Result<(Vec<f64>, f64), CalibrateError> {
         let moved: Vec<usize> = (0..found.0.len()).filter(|i| !held.contains(i)).collect();
         let n = moved.len();
@@ -165,7 +166,7 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// The exact scores of some places, so that a search that is stopped has a result.
+    /// The exact scores of some points, so that a stopped search has a result.
     pub(super) fn score_exactly(&mut self, places: &[Vec<f64>]) -> Result<(), CalibrateError> {
         let places = &places[..places.len().min(LAST / 2)];
         self.record.evaluations += places.len() as u64;
@@ -176,7 +177,7 @@ impl Search<'_> {
         self.compare_with_target()
     }
 
-    /// True if some place pays a price, in runs without a pull.
+    /// True if a point pays a penalty, in runs without a pull.
     fn any_pays(&mut self, places: &[Vec<f64>]) -> Result<bool, CalibrateError> {
         if !self.record.spend(places.len()) {
             return Ok(false);
@@ -185,8 +186,8 @@ impl Search<'_> {
         Ok(scores.iter().any(|(_, shortfall)| *shortfall > 0.0))
     }
 
-    /// The place, and no held coordinate; where the convention floors delays, the places with the delay at the two whole numbers of samples
-    /// around it, and its coordinate.
+    /// The point, and no held coordinate; if the convention floors delays, the points with the delay at the two whole numbers of samples
+    /// around it, and the coordinate of the delay.
     fn with_whole_delays(&self, place: &[f64]) -> Vec<(Vec<f64>, Vec<usize>)> {
         let Some((at, delays)) = self.whole_delays(place) else { return vec![(place.to_vec(), Vec::new())] };
         let with = |delay: f64| {
@@ -197,7 +198,7 @@ impl Search<'_> {
         delays.into_iter().map(with).collect()
     }
 
-    /// Where the convention floors delays: the coordinate of the delay, and its values at the two whole numbers of samples around it.
+    /// If the convention floors delays: the coordinate of the delay, and its values at the two whole numbers of samples around it.
     fn whole_delays(&self, place: &[f64]) -> Option<(usize, Vec<f64>)> {
         let case = &self.exact.cases()[0];
         if case.convention.delay != Delay::Floor || !case.variant.perceives_late() {
@@ -223,7 +224,7 @@ impl Search<'_> {
         Some((at, [steps, steps + 1.0].into_iter().filter_map(of).collect()))
     }
 
-    /// Candidates around the best one, as far away as costs a little: they show which parameters compensate for each other.
+    /// Candidates around the best one, at distances that cost little: they show which parameters compensate for each other.
     pub(super) fn look_around(&mut self) -> Result<(), CalibrateError> {
         let Some((best, score)) = self.record.best.clone() else { return Ok(()) };
         let rises = RISES.map(|rise| rise * score.max(FLOOR));
@@ -240,7 +241,7 @@ impl Search<'_> {
         Ok(())
     }
 
-    /// Places around another one, at which costs rise in the mean by one of these and the other by turns.
+    /// Points around another one, at which costs rise on average by each of these values in turn.
     fn around(
         &mut self,
         middle: &[f64],

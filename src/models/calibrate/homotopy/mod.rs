@@ -1,16 +1,16 @@
-//! Calibration by derivatives: Gauss and Newton's steps from many starts, under a pull towards the measurement that fades.
+//! Calibration by derivatives: Gauss-Newton steps from many starts, under a pull towards the measurement that decreases.
 //!
-//! A goodness of fit is a sum of norms of residuals, so their derivatives give both its gradient and most of its curvature. Alone,
-//! such steps end in the basin in which they start. If the simulated follower is pulled to the measured one after each step, all starts
-//! find the same basin; as the pull is weakened, they follow it. Runs continue behind a collision and pay for it, because a score that ends
-//! at one does not show the way out. Several searches that agree end the calibration.
+//! A goodness of fit is a sum of norms of residuals, so their derivatives give both its gradient and most of its curvature. Alone, such
+//! steps end in the basin in which they start. If the simulated follower is pulled to the measured one after each step, all starts find the
+//! same basin; as the pull decreases, they follow it. Runs continue beyond a collision with a penalty, because a score that ends there has
+//! no slope out of it. When enough searches agree, the calibration ends.
 //!
 //! 1. Here: searches are repeated until enough agree.
-//! 2. `record`: their effort and results, and when they have to stop.
-//! 3. `round`: one search, from random places to the basins that it finds.
+//! 2. `record`: their effort and results, and the criterion to stop.
+//! 3. `round`: one search, from random points to the basins that it finds.
 //! 4. `ending`: from a basin to its lowest exact score, and the candidates around it.
 //!
-//! `descent` and `step` are Levenberg and Marquardt's method, `objective` is their objective.
+//! `descent` and `step` are the Levenberg-Marquardt method, `objective` is their objective.
 
 pub mod descent;
 mod ending;
@@ -32,16 +32,17 @@ use std::ops::{ControlFlow, Range};
 
 /// Searches at most.
 const SEARCHES: u64 = 8;
-/// Two searches agree if their scores differ by no more than this share of the lower one, or of [`FLOOR`]: ten times what descents leave.
+/// Two searches agree if their scores differ by no more than this share of the lower one, or of [`FLOOR`]: ten times the remaining error of
+/// descents.
 const AGREEMENT: f64 = 3e-4;
-/// Searches that have to agree; one more for each other basin in which some ended.
+/// Number of searches that have to agree; one more for each other basin in which some ended.
 const AGREEING: usize = 2;
 
 /// The evaluators of searches by derivatives, over the cases of a calibration.
 pub(super) struct Ground {
     /// With delays between samples, so that the score is smooth in them.
     smooth: Lanes,
-    /// By the convention, if it has another one.
+    /// By the convention, if it differs.
     exact: Option<Lanes>,
 }
 
@@ -72,7 +73,7 @@ impl Ground {
 pub(super) enum Ended {
     /// With a result.
     Found(Replicate),
-    /// Searches disagree, or nothing was feasible: another optimiser has to continue, with the best so far.
+    /// Searches disagree, or no candidate was feasible: another optimiser has to continue from the best so far.
     Open(Replicate),
 }
 
@@ -132,7 +133,7 @@ impl Search<'_> {
     }
 }
 
-/// True if enough searches reached the lowest of their scores. Each that found nothing counts as a basin of its own.
+/// True if enough searches reached the lowest of their scores. Each one without a result counts as a separate basin.
 fn agree(found: &[f64]) -> bool {
     let mut scores = found.to_vec();
     scores.sort_by(f64::total_cmp);

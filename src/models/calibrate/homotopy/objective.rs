@@ -29,7 +29,7 @@ impl<'a> Objective<'a> {
         Objective { lanes, cases, space, free: space.free(), bounds: space.search_box(true) }
     }
 
-    /// The cases that it is the mean over.
+    /// The cases of the mean.
     pub fn cases(&self) -> &'a [Case] {
         &self.lanes.cases()[self.cases.clone()]
     }
@@ -54,7 +54,7 @@ impl<'a> Objective<'a> {
     pub fn coordinate(&self, parameter: usize, value: f64) -> Option<(usize, f64)> {
         let at = self.free.iter().position(|free| *free == parameter)?;
         let (lower, upper) = (self.bounds.lower[at], self.bounds.upper[at]);
-        // No parameter that is searched by its value spans decades.
+        // Parameters that span decades are searched by their logarithms.
         Some((at, (value - lower) / (upper - lower)))
     }
 
@@ -73,7 +73,7 @@ impl<'a> Objective<'a> {
         self.cases.clone().into_par_iter().map(|case| of(&Job { case, population })).collect()
     }
 
-    /// Scores of places, and the mean of their squared shortfalls over the cases \[m²\].
+    /// Scores of points, and the mean of their squared shortfalls over the cases \[m²\].
     pub fn scores(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<(Score, f64)>, EvaluateError> {
         let population = self.population(places.iter());
         let by_case = self.on_cases(&population, |job| self.lanes.pulled(job, pull))?;

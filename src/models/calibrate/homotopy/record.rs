@@ -1,4 +1,4 @@
-//! Effort and results of a replicate, and when it has to stop.
+//! Effort and results of a replicate, and the criterion to stop.
 
 use super::descent::Watch;
 use crate::calibrate::search::fall_to;
@@ -6,7 +6,7 @@ use crate::calibrate::{Calibration, Progress, StopReason};
 use std::ops::ControlFlow;
 use std::time::Instant;
 
-/// Evaluations reserved for the exact scores of the places of a search when it is stopped.
+/// Evaluations reserved for the exact scores of the points of a search when it is stopped.
 pub const LAST: usize = 16;
 
 /// The books of a replicate.
@@ -18,7 +18,7 @@ pub struct Record<'a> {
     pub evaluations: u64,
     /// Requests for simulations since the best score was found.
     stall: u64,
-    /// Best place by the exact objective, and its score.
+    /// Best point by the exact objective, and its score.
     pub best: Option<(Vec<f64>, f64)>,
     pub convergence: Vec<(u64, f64)>,
     pub near: Vec<(f64, Vec<f64>)>,

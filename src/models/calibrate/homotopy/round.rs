@@ -1,4 +1,4 @@
-//! One search: from random places down into the basins that it finds.
+//! One search: from random points down into the basins that it finds.
 
 use super::Search;
 use super::descent::{Course, Surface, Walker, Watch, descend, turn};
@@ -8,31 +8,31 @@ use crate::evaluator::Pull;
 use crate::optimize::stream;
 use rand::RngExt;
 
-/// Random places that a search begins with, and the share of all evaluations that they may take.
+/// Number of random points at the start of a search, and the share of all evaluations that they may use.
 const SCREENED: usize = 96;
 const SCREENING: f64 = 0.25;
 /// Number of these that descend, and their least distance, as a root mean square over the coordinates.
 const STARTS: usize = 10;
 const APART: f64 = 0.15;
-/// Turns for which there should be evaluations; otherwise fewer starts descend.
+/// Number of iterations for which there should be evaluations; otherwise fewer starts descend.
 const SOME_TURNS: usize = 5;
-/// Places that continue to the end.
+/// Number of points that continue to the end.
 const FINAL: usize = 3;
-/// Gain of a turn, as a share of the cost, below which a descent is idle.
+/// Gain of an iteration, as a share of the cost, below which a descent has converged.
 const ROUGH: f64 = 1e-4;
-/// Without a pull: turns, and the number of places that continue after them.
+/// Without a pull: iterations, and the number of points that continue after them.
 const DIRECT: [(usize, usize); 3] = [(3, STARTS), (4, 5), (8, FINAL)];
 /// Shares of the residuals that are taken back after each step, one level after the other.
 const LEVELS: [f64; 5] = [0.1, 0.03, 0.01, 0.003, 0.001];
-/// Turns of a level, and of the runs without a pull that follow.
+/// Iterations of a level, and of the runs without a pull that follow.
 const TURNS: usize = 6;
 const FREE_TURNS: usize = 10;
 /// A pull from which on costs are nearly those of free runs.
 const WEAK: f64 = 0.003;
-/// Under a stronger pull and under a weaker one: costs above this multiple of the best are given up, and this many places continue.
+/// At changes to a weaker pull: points whose cost exceeds this multiple of the best are dropped, and this many points continue.
 const BEHIND: [f64; 2] = [1.5, 1.25];
 const KEPT: [usize; 2] = [STARTS, 6];
-/// Two places have met if their costs differ by less than the first share and their coordinates by less than [`APART`], or their costs by
+/// Two points have met if their costs differ by less than the first share and their coordinates by less than [`APART`], or their costs by
 /// less than the second share.
 const MET: [f64; 2] = [3e-3, 1e-6];
 
@@ -84,7 +84,7 @@ impl Search<'_> {
         Ok(descend(&self.smooth, starts, &[], course, &mut self.record)?)
     }
 
-    /// The best distinct places, as many as there are evaluations to improve them for some turns; none if there are too few.
+    /// The best distinct points, as many as there are evaluations to improve them for some iterations; none if there are too few.
     fn best_starts(&mut self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<Vec<f64>>, CalibrateError> {
         if !self.record.spend(places.len()) {
             return Ok(Vec::new());
@@ -96,7 +96,7 @@ impl Search<'_> {
     }
 }
 
-/// The best places at this distance from each other, at most this many.
+/// The best points at this distance from each other, at most this many.
 fn best_apart(places: &[Vec<f64>], costs: &[f64], most: usize) -> Vec<Vec<f64>> {
     let mut order: Vec<usize> = (0..places.len()).filter(|&i| costs[i].is_finite()).collect();
     order.sort_by(|&a, &b| costs[a].total_cmp(&costs[b]));
@@ -113,7 +113,7 @@ fn best_apart(places: &[Vec<f64>], costs: &[f64], most: usize) -> Vec<Vec<f64>> 
     picked
 }
 
-/// The best first; of those that have met, the best.
+/// The best first; of points that have met, the best.
 fn merged(mut walkers: Vec<Walker>) -> Vec<Walker> {
     walkers.retain(|walker| walker.cost.is_finite());
     walkers.sort_by(|a, b| a.cost.total_cmp(&b.cost));

@@ -1,10 +1,10 @@
-//! The lowest place of a quadratic model in a box.
+//! The minimum of a quadratic model in a box.
 
 use nalgebra::{DMatrix, DVector};
 
 /// Sweeps over the coordinates, at most.
 const SWEEPS: usize = 200;
-/// Sweeps after which the coordinates that lie on no bound are solved for together.
+/// Number of sweeps after which the coordinates on no bound are solved for together.
 const TOGETHER: usize = 10;
 /// A sweep that moves no coordinate, each of a range of 1, by more than this is the last one.
 const STANDS: f64 = 1e-12;
@@ -39,7 +39,7 @@ pub fn lowest(gradient: &DVector<f64>, curvature: &DMatrix<f64>, lower: &[f64], 
     step
 }
 
-/// The step with the coordinates `inside` at the lowest place that the others leave them.
+/// The step with the coordinates `inside` at the minimum, given the others.
 fn solve(
     gradient: &DVector<f64>,
     curvature: &DMatrix<f64>,

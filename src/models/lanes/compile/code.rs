@@ -14,7 +14,7 @@ pub enum Inner {
 }
 
 impl Inner {
-    /// The same operation on the previous result, which is its left operand or its right one.
+    /// The same operation on the previous result, which is its left or right operand.
     pub fn after(self, is_left: bool) -> Outer {
         match self {
             Inner::Add => Outer::Add,
@@ -48,7 +48,7 @@ pub enum Outer {
     MinOf,
 }
 
-/// Gives a macro the rows of the three operations that are most frequent in the ninety variants.
+/// Passes the three most frequent triples of operations in the ninety variants to a macro.
 macro_rules! triples {
     ($macro:ident) => {
         $macro! {
@@ -129,16 +129,16 @@ impl Code {
     }
 }
 
-/// Most rows that an instruction writes.
+/// Largest number of rows that an instruction writes.
 pub const WRITTEN: usize = 3;
-/// Most rows that an instruction reads.
+/// Largest number of rows that an instruction reads.
 pub const READ: usize = 7;
 
 /// One instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Step {
     pub code: Code,
-    /// Written rows, each separate and none that is read.
+    /// Written rows; all differ, also from the read ones.
     pub to: Vec<Row>,
     /// Rows read.
     pub from: Vec<Row>,

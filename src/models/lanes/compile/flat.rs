@@ -66,7 +66,7 @@ impl Op {
     }
 }
 
-/// Operations in a valid order; equal ones are one.
+/// Operations in a valid order; equal ones occur once.
 #[derive(Debug, Clone, Default)]
 pub struct Ops {
     ops: Vec<Op>,
@@ -101,7 +101,7 @@ impl Ops {
     /// Adds an operation, or finds it. Only exact operations are computed here.
     pub fn push(&mut self, op: Op) -> Id {
         let op = match op {
-            // The operands of a sum or product may change places without changing a bit.
+            // The operands of a sum or product may be exchanged without changing a bit.
             Op::Binary(b @ (Binary::Add | Binary::Multiply), left, right) if left > right => Op::Binary(b, right, left),
             op => op,
         };
@@ -151,7 +151,7 @@ impl Flat {
         self.inputs.iter().find(|(name, _)| name == path).map(|(_, id)| *id)
     }
 
-    /// Which operations have one result for all lanes, if these arguments have one value for all.
+    /// The operations with one result for all lanes, if these arguments have one value for all.
     pub fn shared(&self, arguments: &[&str]) -> Vec<bool> {
         let mut shared = vec![false; self.ops.len()];
         for (name, id) in &self.inputs {

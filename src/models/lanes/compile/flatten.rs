@@ -1,5 +1,5 @@
-//! naga's form of a function becomes a list of scalar operations: calls inlined, structs taken apart, both sides of an
-//! `if` computed and selected.
+//! Turns naga's form of a function into a list of scalar operations: calls inlined, structs taken apart, both sides of an `if` computed and
+//! selected.
 
 use super::error::LanesError;
 use super::flat::{Binary, Flat, Id, Op, Ops, Unary};
@@ -16,7 +16,7 @@ enum Value {
     Struct(Vec<Value>),
 }
 
-/// Flattens one function. Arguments of one path given in `same` are taken to be the other path's: (`x.s`, `now.s`).
+/// Flattens one function. Arguments of one path in `same` are replaced by those of the other path: (`x.s`, `now.s`).
 ///
 /// # Errors
 /// [`LanesError::Missing`], or [`LanesError::Unsupported`] for constructs that parts may not use.
@@ -84,7 +84,7 @@ struct Frame<'a> {
     values: Vec<Option<Value>>,
     /// True inside an `if`.
     inside: bool,
-    /// True behind a `return`: nothing that follows is ever computed.
+    /// True after a `return`: later statements are never computed.
     returned: bool,
     result: Option<Value>,
 }
@@ -260,7 +260,7 @@ impl<'a> Flattener<'a> {
         )
     }
 
-    /// The variable that a pointer points into, and where in it.
+    /// The variable that a pointer refers to, and the position in it.
     fn place(
         &self,
         frame: &Frame,
@@ -370,7 +370,7 @@ impl<'a> Flattener<'a> {
         }
     }
 
-    /// A constant of the module; its expressions have an arena of their own.
+    /// A constant of the module; its expressions have a separate arena.
     fn global(&mut self, init: Handle<Expression>, span: Span) -> Result<Value, LanesError> {
         match &self.checked.module.global_expressions[init] {
             Expression::Literal(literal) => Ok(Value::Scalar(self.literal(*literal, span)?)),

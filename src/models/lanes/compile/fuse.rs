@@ -1,9 +1,9 @@
-//! Operations that are done together in one instruction: two or three in a row, if no other operation needs the results between.
+//! Fuses operations into one instruction: two or three in a row, if no other operation needs the results between.
 
 use super::code::{Code, Inner, Outer, TRIPLES};
 use super::flat::{Binary, Id, Op, Ops};
 
-/// A way to do an operation, together with others whose results no other operation needs.
+/// A way to compute an operation, with others whose results no other operation needs.
 #[derive(Debug, Clone)]
 pub struct Way {
     pub code: Code,
@@ -11,7 +11,7 @@ pub struct Way {
     pub absorbed: Vec<Id>,
 }
 
-/// The way to each operation that takes the fewest instructions. `lone` operations are needed once, and nowhere else.
+/// The way to each operation with the fewest instructions. The results of `lone` operations are needed once.
 pub fn shortest_ways(ops: &Ops, lone: &impl Fn(Id) -> bool) -> Vec<Option<Way>> {
     let mut instructions = vec![0; ops.len()];
     let mut shortest = Vec::new();
@@ -24,7 +24,7 @@ pub fn shortest_ways(ops: &Ops, lone: &impl Fn(Id) -> bool) -> Vec<Option<Way>> 
     shortest
 }
 
-/// All ways to do an operation, those that absorb most first; none for an existing one.
+/// All ways to compute an operation, those that absorb most first; none for an existing one.
 fn ways(ops: &Ops, id: Id, lone: &impl Fn(Id) -> bool) -> Vec<Way> {
     let way =
         |code, sources: &[Id], absorbed: &[Id]| Way { code, sources: sources.to_vec(), absorbed: absorbed.to_vec() };
@@ -43,7 +43,7 @@ fn ways(ops: &Ops, id: Id, lone: &impl Fn(Id) -> bool) -> Vec<Way> {
     }
 }
 
-/// The ways to do an operation on two values: as the last of three, as the second of two, alone.
+/// The ways to compute an operation on two values: as the last of three, as the second of two, alone.
 fn of_two(ops: &Ops, (kind, left, right): (Binary, Id, Id), lone: &impl Fn(Id) -> bool) -> Vec<Way> {
     let is_literal = |id: Id| ops.literal(id).is_some();
     let (mut found, mut pairs) = (Vec::new(), Vec::new());

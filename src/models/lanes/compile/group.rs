@@ -1,5 +1,5 @@
-//! Operations that every step of every model has, done in one instruction: it writes several rows, and intermediate results
-//! stay in registers. Each operation is rounded separately, as in the text.
+//! Groups of operations that every step of every model has, in one instruction: it writes several rows, and intermediate results stay in
+//! registers. Each operation is rounded separately, as in the text.
 //!
 //! A group is recognised by its operations, not by its file. The same formula in another form runs as single instructions.
 
@@ -18,8 +18,8 @@ pub struct Group {
     pub inside: Vec<Id>,
 }
 
-/// The groups among the needed operations. `shared` shows which have one result for all lanes, `users` has the needed
-/// readers of each operation, `is_wanted` shows which have to be in a row of their own.
+/// The groups among the needed operations. `shared` marks those with one result for all lanes, `users` has the needed readers of each
+/// operation, `is_wanted` marks those that need a separate row.
 pub fn groups(
     ops: &Ops,
     shared: &[bool],
@@ -88,7 +88,7 @@ impl Search<'_> {
         let ops = self.ops;
         let Op::Select { condition: stops, accept: stopping, reject: a } = ops.get(a_next) else { return None };
         let [v_free, zero] = self.operands(stops, Binary::Less)?;
-        // By its bits: the larger one of two zeros is this one.
+        // Compared by bits: of two zeros this one is the larger.
         if ops.literal(zero).map(f32::to_bits) != Some(0.0_f32.to_bits()) {
             return None;
         }

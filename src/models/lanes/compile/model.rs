@@ -19,7 +19,7 @@ pub struct GivenRows {
     pub x_f: Option<Row>,
     /// a_l, v_l2, s_l2.
     pub ahead: [Option<Row>; 3],
-    /// Speed of the preceding vehicle a while ago: the whole while, and half of it.
+    /// Speed of the preceding vehicle in the past: at the whole look-back time, and at half of it.
     pub look_back: [Option<Row>; 2],
 }
 
@@ -28,7 +28,7 @@ pub struct GivenRows {
 pub struct Model {
     /// Rows in all.
     pub rows: usize,
-    /// Rows that a step touches; they have to fit into the nearest cache.
+    /// Number of rows that a step touches; they have to fit into the first-level cache.
     pub busy: usize,
     /// Row of each parameter that is read, by its symbol's name.
     pub parameters: Vec<(String, Row)>,
@@ -38,13 +38,13 @@ pub struct Model {
     pub job: [Row; 3],
     /// Literals and their rows.
     pub literals: Vec<(f32, Row)>,
-    /// Values that depend on parameters and the job only.
+    /// Values that depend only on parameters and the job.
     pub prologue: Vec<Step>,
     /// Spacing, speed, leader's speed as perceived.
     pub perceived: [Row; 3],
     /// Way of the preceding vehicle.
     pub dx_l: Row,
-    /// True where only its first lane is read.
+    /// True if only the first lane is read.
     pub dx_l_is_shared: bool,
     /// sin_grade, a_dp, a_ap.
     pub road: [Row; 3],
@@ -54,7 +54,7 @@ pub struct Model {
     pub memory: Vec<Initial>,
     /// Place of the missing acceleration in a home.
     pub missing: Option<usize>,
-    /// The state lives in either home by turns.
+    /// The state alternates between the two homes.
     pub homes: [Home; 2],
     /// Step from the first home to the second, and back.
     pub steps: [StepCode; 2],
@@ -62,7 +62,7 @@ pub struct Model {
     pub start: Vec<Step>,
     /// Where that spacing is.
     pub start_s: Row,
-    /// True where a candidate perceives the current sample.
+    /// True if a candidate perceives the current sample.
     pub undelayed: bool,
     /// True if steps read the speed of the preceding vehicle.
     pub reads_v_l: bool,
@@ -74,11 +74,11 @@ pub struct StepCode {
     pub code: Vec<Step>,
     pub a_free: Row,
     pub a: Row,
-    /// `None` where every step is feasible.
+    /// `None` if every step is feasible.
     pub feasible: Option<Row>,
 }
 
-/// Operations of a model: each may need a row for all of the run and one in between, and a row's number is 16 bits long.
+/// Largest number of operations of a model: each may need a row for the whole run and a temporary one, and row numbers have 16 bits.
 const OPERATIONS: usize = 30_000;
 
 const JOB: [&str; 3] = ["m_0", "phi_f", "dt"];
@@ -101,7 +101,7 @@ impl Model {
     /// [`LanesError`] for a text that is more than parts may be.
     pub fn compile(source: &Source, checked: &Checked, recipe: &Recipe) -> Result<Model, LanesError> {
         check_all(source, checked)?;
-        // Then a candidate perceives another sample than the current one.
+        // A candidate then perceives another sample than the current one.
         let delay = recipe.variant.perceives_late();
         let same: &[_] = if delay { &[] } else { &[("x.s", "now.s"), ("x.v_f", "now.v_f")] };
         let step = flatten(source, checked, "step", same)?;
@@ -159,7 +159,7 @@ impl Model {
             }
         }
 
-        // Results that follow from constant rows of a run are computed once.
+        // Results that depend only on constant rows are computed once per run.
         let wanted = once_per_candidate(&step, &fixed);
         let targets: Vec<(Id, Option<Row>)> = wanted.iter().map(|id| (*id, Some(rows.pin()))).collect();
         let prologue = schedule(&step.ops, &shared, &fixed, &targets, &mut rows).steps;
@@ -257,7 +257,7 @@ fn initial(recipe: &Recipe, path: &str) -> Initial {
     of_extension.unwrap_or(Initial::Value(0.0))
 }
 
-/// Operations that depend on nothing but `fixed` rows, and are read by others than such operations.
+/// Operations that depend only on `fixed` rows, and have readers that do not.
 fn once_per_candidate(flat: &Flat, fixed: &HashMap<Id, Row>) -> Vec<Id> {
     let mut is_fixed = vec![false; flat.ops.len()];
     let mut wanted = Vec::new();

@@ -38,7 +38,7 @@ pub mod single {
     /// 2^whole; 0 and infinity outside the range of normal numbers.
     #[inline(always)]
     pub fn scale(whole: f32) -> f32 {
-        // Comparisons, not f32::max: its treatment of NaN costs time, and there is none unless an argument is NaN.
+        // Comparisons instead of f32::max, whose treatment of NaN costs time, and NaN occurs only if an argument is NaN.
         let above = if whole > -127.0 { whole } else { -127.0 };
         let within = if above < 128.0 { above } else { 128.0 };
         f32::from_bits((within + 8_388_735.0).to_bits() << 23)
@@ -77,7 +77,7 @@ pub mod double {
     /// sqrt(1/2), as bits.
     const SQRT_HALF: u64 = 0x3fe6_a09e_667f_3bcd;
     const MANTISSA: u64 = 0x000f_ffff_ffff_ffff;
-    /// From here on neighbouring values differ by 1, so that a small whole number may be written into the last bits.
+    /// From here on neighbouring values differ by 1, so that adding a small whole number changes only the last bits.
     const ONE_APART: f64 = 4_503_599_627_370_496.0;
 
     /// e and t = (m - 1) / (m + 1) of x = m 2^e with m in sqrt(1/2)..sqrt(2).
@@ -99,7 +99,7 @@ pub mod double {
     }
 }
 
-/// A row of a block, as wide as vectors of the processor like it.
+/// A row of a block, as wide as the processor's vectors.
 #[repr(C, align(64))]
 pub struct Aligned<T, const L: usize>(pub [T; L]);
 
@@ -115,7 +115,7 @@ macro_rules! horner {
 }
 pub(super) use horner;
 
-/// The same in f64 with one rounding each; no shader has to repeat its bits.
+/// The same in f64 with a single rounding each; no shader has to repeat its bits.
 macro_rules! horner_fused {
     ($r:expr, $x:expr, $coefficients:ident, $range:expr) => {{
         let mut r: f64 = $r;

@@ -31,7 +31,7 @@ pub type History<'a> = [&'a [f64]; 3];
 pub struct Traces<'a> {
     /// First sample of each trace.
     pub from: &'a [usize],
-    /// Added to spacing, speed and acceleration right before each of these; empty without.
+    /// Added to spacing, speed and acceleration right before each of these; may be empty.
     pub kicks: &'a [[f64; 3]],
     /// One past the last sample.
     pub to: usize,
@@ -62,11 +62,11 @@ impl<T: Real, const L: usize> Blocks<T, L> {
     }
 }
 
-/// Samples between two readings of a block's residuals: so few that they are still in a near cache, so many that the
-/// interruption costs nothing.
+/// Number of samples between two readings of a block's residuals: so few that they stay in the cache, and so many that the interruption
+/// costs nothing.
 const STRETCH: usize = 128;
 
-/// Values that runs store sample by sample; its value is their number.
+/// Values that runs store at each sample; the discriminant is their number.
 #[derive(Debug, Clone, Copy)]
 enum Leaving {
     /// Residuals of spacing and speed.
@@ -86,7 +86,7 @@ pub struct Core<T, const A: usize, const B: usize> {
     small: Blocks<T, B>,
     /// Only blocks of this many lanes, for tests.
     pub(super) only: Option<usize>,
-    /// Memory that a run leaves to the next one.
+    /// Memory that one run leaves to the next.
     plan: Plan,
     sorted: Vec<Finished>,
 }
@@ -110,7 +110,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         Core { only, ..Core::new(self.streams, self.model, self.compensated, set) }
     }
 
-    /// Of each job, the column of each of the model's parameters.
+    /// For each job, the column of each of the model's parameters.
     fn columns(&self, jobs: &[Job<'_>]) -> Vec<Vec<Option<usize>>> {
         let columns = |job: &Job| {
             let members: Vec<String> = job.population.symbols().iter().map(|symbol| member(*symbol)).collect();
@@ -288,7 +288,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let mut all: Vec<Innovations> = (0..width).map(begun).collect();
         let recorded = record.len() / width;
         let ends: Vec<usize> = all.iter().map(|run| run.failed.map_or(samples, |f| f.step).min(recorded)).collect();
-        // Sample by sample, as it was recorded: lane by lane every read would miss the caches.
+        // Sample by sample, as recorded: reading lane by lane would miss the caches.
         for t in 0..samples {
             for (lane, (run, end)) in all.iter_mut().zip(&ends).enumerate() {
                 let row = if t < *end { record[t * width + lane] } else { [f64::NAN; 6] };
@@ -395,7 +395,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         Ok(products.iter().zip(differences).map(slopes).collect())
     }
 
-    /// Sums of products over the bins of runs, in the order of `differences`; `None` of those in which a run fails.
+    /// Sums of products over the bins of runs, in the order of `differences`; `None` for a run that fails.
     pub fn products<'a>(
         &self,
         cases: &[Case],
@@ -411,7 +411,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         Ok(products.into_iter().zip(differences).map(|(products, of)| ran(of).then_some(products)).collect())
     }
 
-    /// Sums of squares over the bins of runs, in the order of the population; `None` of a run that fails.
+    /// Sums of squares over the bins of runs, in the order of the population; `None` for a run that fails.
     pub fn squares(
         &self,
         cases: &[Case],
@@ -525,7 +525,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         for (part, from) in from.chunks(B).enumerate() {
             let candidates: Vec<Candidate> = from.iter().map(|&first| Candidate { first, ..one }).collect();
             let (first, last) = (from.iter().min().unwrap_or(&0), from.iter().max().unwrap_or(&0));
-            // No step looks farther back than a workspace remembers.
+            // No step looks further back than a workspace remembers.
             let begin = first.saturating_sub(self.longest() + 2);
             let past: Vec<[T; 3]> = (begin..*last).map(|t| [0, 1, 2].map(|k| T::of(history[k][t]))).collect();
             let mut states = Vec::with_capacity((end - begin.min(end)) * from.len());

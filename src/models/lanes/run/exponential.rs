@@ -1,4 +1,4 @@
-//! `exponential` and `logarithm` of shaders/exponential.wgsl, operation for operation, and their form in f64: the plan of `power`.
+//! `exponential` and `logarithm` of shaders/exponential.wgsl, operation for operation, and their form in f64, structured as `power`.
 
 use super::binary::{double, horner, horner_fused, single};
 use std::f64::consts::{LN_2, LOG2_E};
@@ -33,7 +33,7 @@ pub fn logarithm(x: f32) -> f32 {
 const LN_2_HIGH: f64 = 0.693_147_180_369_123_8;
 const LN_2_LOW: f64 = 1.908_214_929_270_587_7e-10;
 
-/// The same in f64, without the splits: a product by a constant is off by one part in 2^53, which x magnifies at most 700 times.
+/// The same in f64, without the splits: a product with a constant is off by one part in 2^53, which x magnifies at most 700 times.
 #[must_use]
 #[inline(always)]
 pub fn exponential_f64(x: f64) -> f64 {

@@ -1,5 +1,5 @@
-//! Operations on one lane, and loops that do them in all lanes of a few rows. Each row is a separate argument, so the compiler
-//! knows that no two overlap.
+//! Operations on one lane, and loops that apply them to all lanes of a few rows. Each row is a separate argument, so the compiler knows
+//! that no two overlap.
 
 use super::real::Real;
 use std::hint::select_unpredictable;
@@ -11,7 +11,7 @@ pub trait One {
 
 /// An operation on two numbers.
 pub trait Two {
-    /// True where the second is a literal: the same in all lanes.
+    /// True if the second is a literal, the same in all lanes.
     const OF_LITERAL: bool = false;
     fn of<T: Real>(x: T, y: T) -> T;
 
@@ -88,7 +88,7 @@ two! {
 }
 two! {
     true:
-    // The second is a number, so that the comparison alone takes it where the first is NaN.
+    // The second is a number, so the comparison alone selects it if the first is NaN.
     MinLiteral: |x, y| if x < y { x } else { y };
     MaxLiteral: |x, y| if x > y { x } else { y };
 }
@@ -133,7 +133,7 @@ pub fn each4<T: Real, I: Two, M: Two, O: Two, const L: usize>(
     }
 }
 
-/// Both values are loaded before one is taken; else the compiler gathers from whichever row it is.
+/// Both values are loaded before one is selected; otherwise the compiler would gather from either row.
 #[inline(always)]
 pub fn each_select<T: Real, const L: usize>(to: &mut [T; L], c: &[T; L], accept: &[T; L], reject: &[T; L]) {
     for i in 0..L {

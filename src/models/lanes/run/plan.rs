@@ -1,4 +1,4 @@
-//! Which candidates run together: those of a call, sorted by delay and cut into blocks.
+//! Selects the candidates that run together: those of a call, sorted by delay and cut into blocks.
 
 use super::core::Core;
 use super::real::Real;
@@ -27,14 +27,14 @@ pub struct Plan {
 }
 
 impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
-    /// Lanes of a block: the size with the least time for these jobs on this many threads.
+    /// Number of lanes of a block: the one with the least time for these jobs on this many threads.
     pub(super) fn lanes(&self, jobs: &[Job<'_>]) -> usize {
         if let Some(only) = self.only {
             return if A <= only && self.set != InstructionSet::Baseline { A } else { B };
         }
-        // On a thread of the pool, the others have other work.
+        // On a thread of the pool, the other threads are busy.
         let threads = if rayon::current_thread_index().is_some() { 1 } else { rayon::current_num_threads() };
-        // Bytes that a step touches and that have to stay in the nearest cache.
+        // Number of bytes that a step touches and that have to stay in the first-level cache.
         let longest = self.streams.iter().map(|s| s.longest).max().unwrap_or(0);
         let ring = if self.model.undelayed { 0 } else { 2 * (longest + 2) };
         let bytes = |lanes: usize| (self.model.busy + ring) * lanes * size_of::<T>();
@@ -122,7 +122,7 @@ pub fn in_order<R: Clone>(order: &[Candidate], sorted: impl Iterator<Item = R>, 
     results
 }
 
-/// When a candidate perceives and starts.
+/// The start of a candidate, and the samples that it perceives.
 pub fn candidate(
     case: &Case,
     longest: usize,

@@ -1,9 +1,8 @@
 //! `power` of shaders/power.wgsl, operation for operation, over blocks of values.
 //!
-//! Staged: a few operations run over the whole block before the next few. Otherwise the compiler keeps one value in
-//! registers through all of them, and a processor, which sees only some hundred operations ahead, waits for the result of each
-//! before the next. Four stages are short enough for that and spill least. `black_box` between them keeps the compiler from
-//! undoing this; it changes no result.
+//! In stages: a few operations run over the whole block before the next few. Otherwise the compiler would keep one value in registers
+//! through all of them, and the processor, which looks only some hundred operations ahead, would wait for each result. Four stages are
+//! short enough for that and spill least. `black_box` between them keeps the compiler from undoing this; it changes no result.
 #![allow(clippy::needless_range_loop, reason = "loops over rows of lanes, in the form that is vectorised")]
 
 use super::binary::single::{EXP, LOG, high, parts, scale};
@@ -29,7 +28,7 @@ pub fn power_block<const L: usize>(x: &[f32; L], y: &[f32; L], out: &mut [f32; L
         let y_low = y[i] - y_high;
         let exact = y_high * e.0[i];
         whole.0[i] = exact.floor();
-        // The whole of it yet; its own whole part goes in the next stage.
+        // The complete value so far; its whole part goes into the next stage.
         part.0[i] = ((exact - whole.0[i]) + y_low * e.0[i]) + y[i] * (l * z.0[i]);
     }
     black_box(&mut part);

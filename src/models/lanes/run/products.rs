@@ -19,11 +19,11 @@ pub struct Differences {
 /// Samples that are summed separately.
 #[derive(Debug, Clone, Copy)]
 pub struct Bins<'a> {
-    /// Of every sample the bin that it counts in, if any; bins come one after the other.
+    /// The bin of every sample, if it counts; the samples of a bin are contiguous.
     pub of: &'a [Option<u32>],
     /// Number of bins.
     pub count: usize,
-    /// Samples over which the acceleration is the mean, as a difference of speeds; 0: the acceleration of each sample.
+    /// Number of samples over which the acceleration is averaged, as a difference of speeds; 0: the acceleration of each sample.
     pub mean: usize,
 }
 
@@ -31,7 +31,7 @@ impl Bins<'_> {
     /// All samples in one.
     const ONE: Bins<'static> = Bins { of: &[], count: 1, mean: 0 };
 
-    /// The samples of a stretch that lie in a bin, as ranges from its begin.
+    /// The samples of a stretch that lie in a bin, as ranges from its start.
     fn of_stretch(&self, stretch: &Residuals) -> Vec<(usize, Range<usize>)> {
         let Some(own) = self.of.get(stretch.from..stretch.from + stretch.samples) else {
             return vec![(0, 0..stretch.samples)];
@@ -52,14 +52,14 @@ const ACCELERATION: usize = 2;
 /// Numbers of the widest vector.
 const STRIDE: usize = 8;
 
-/// Σ d_i d_j over the samples of a bin: d_0 is the error of the candidate, d_1 and on its derivatives.
+/// Σ d_i d_j over the samples of a bin: d_0 is the error of the candidate, the others are its derivatives.
 #[derive(Debug)]
 pub struct Products<'a> {
     of: &'a Differences,
     bins: Bins<'a>,
     /// Numbers in a row of a matrix of `sums`, and rows: a multiple of [`STRIDE`].
     width: usize,
-    /// Displacement of each coordinate; first and behind the last 1.
+    /// Displacement of each coordinate; 1 in the first place and after the last one.
     steps: Vec<f64>,
     /// One matrix per bin and signal, row by row; only from the diagonal on. Entries beyond the coordinates are undefined.
     sums: Vec<f64>,
@@ -82,7 +82,7 @@ impl<'a> Products<'a> {
         Products { of, bins, width, steps, sums, stretch: Vec::new(), past: vec![0.0; bins.mean * width] }
     }
 
-    /// Where the sums of a bin and signal begin, and their number.
+    /// Start and length of the sums of a bin and signal.
     fn place(&self, bin: usize, signal: usize) -> Range<usize> {
         let size = self.width * self.width;
         let first = (bin * SIGNALS + signal) * size;
@@ -100,14 +100,14 @@ impl<'a> Products<'a> {
             } else {
                 self.differ(stretch, signal)
             };
-            // Nothing is short in most runs.
+            // Most runs have no shortfall.
             if differs {
                 self.add_signal(signal, &ranges);
             }
         }
     }
 
-    /// Takes the differences of a signal; false if all are 0.
+    /// Reads the differences of a signal; false if all are 0.
     fn differ(&mut self, stretch: &Residuals, signal: usize) -> bool {
         let (lanes, width) = (stretch.lanes, self.width);
         let candidates = self.of.first..self.of.first + self.of.steps.len() + 1;
@@ -169,7 +169,7 @@ impl<'a> Products<'a> {
         DMatrix::from_fn(n, n, |i, j| sums[(i.min(j) + 1) * self.width + i.max(j) + 1])
     }
 
-    /// `weights`: of each signal, the factor of its root mean square, and one over the number of samples in it.
+    /// `weights`: for each signal, the factor of its root mean square, and one over its number of samples.
     pub(super) fn slopes(&self, weights: [[f64; 2]; 3], price: f64) -> Slopes {
         let (half, products) = (|k: usize| self.half_gradient(0, k), |k: usize| self.products(0, k));
         let mut slopes = Slopes {
@@ -218,15 +218,15 @@ impl WithSimd for Differ<'_> {
     }
 }
 
-// Written with vectors, because loops over numbers become vectors of the oldest processor, or none. Every sum goes from sample to sample,
-// and no multiplication is fused with an addition, so that every processor gives the same bits.
+// Explicit vectors, because the compiler vectorises loops for the oldest processor, if at all. Every sum runs from sample to sample, and no
+// multiplication is fused with an addition, so that every processor gives the same bits.
 impl WithSimd for Add<'_> {
     type Output = ();
 
     #[inline(always)]
     fn with_simd<S: Simd>(self, simd: S) {
         let (lanes, width) = (S::F64_LANES, self.width);
-        // Tiles of as many sums as stay in registers.
+        // Tiles of as many sums as fit into registers.
         for (block, rows) in self.sums.chunks_exact_mut(STRIDE * width).enumerate() {
             for column in block * STRIDE / lanes..width / lanes {
                 let mut tile = [simd.splat_f64s(0.0); STRIDE];
@@ -302,7 +302,7 @@ impl<'a> Squares<'a> {
         });
     }
 
-    /// Bin by bin, those of one candidate.
+    /// The sums of one candidate, bin by bin.
     pub fn of(&self, candidate: usize) -> Vec<[f64; SIGNALS]> {
         let (lanes, lane) = (self.lanes, candidate % self.lanes);
         let bins = self.blocks[candidate / lanes].sums.chunks_exact(SIGNALS * lanes);

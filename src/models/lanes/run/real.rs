@@ -37,7 +37,7 @@ pub trait Real:
     fn logarithm(self) -> Self;
     fn sin(self) -> Self;
     fn cos(self) -> Self;
-    /// The whole part of a value from 0 to 4,000,000, by its bits: a cast, which minds all values, is not vectorised.
+    /// The whole part of a value from 0 to 4,000,000, by its bits: a cast handles all values and is not vectorised.
     fn whole(self) -> u32;
     fn power<const L: usize>(x: &[Self; L], y: &[Self; L], out: &mut [Self; L]);
 
@@ -128,7 +128,7 @@ real!(f32, 8_388_608.0, |x: f32| x, power_block, exponential, logarithm);
 real!(
     f64,
     4_503_599_627_370_496.0,
-    |x: f32| x.to_string().parse().expect("what a number prints is a number"),
+    |x: f32| x.to_string().parse().expect("a printed number parses"),
     power_f64::power_block,
     exponential_f64,
     logarithm_f64

@@ -1,6 +1,5 @@
-//! Loops over the lanes of a few rows. Each row is a separate argument, so the compiler knows that no two overlap, and
-//! leaves out the check.
-#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "what a NaN does must be what the kernel does")]
+//! Loops over the lanes of a few rows. Each row is a separate argument, so the compiler knows that no two overlap, and omits the check.
+#![allow(clippy::neg_cmp_op_on_partial_ord, reason = "NaN must be treated as in the kernel")]
 
 use super::real::Real;
 use super::simd::Lane;
@@ -101,7 +100,7 @@ pub fn add_cuts<T: Real, const L: usize>(a: &[T; L], a_free: &[T; L], went: &[T;
     }
 }
 
-/// (y - `measured`) `factor` in the lanes that continued, 0 in the others.
+/// (y - `measured`) `factor` in the lanes that continue, 0 in the others.
 #[inline(always)]
 pub fn errors_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], to: &mut [T; L]) {
     for i in 0..L {
@@ -147,7 +146,7 @@ pub fn add_square<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, s
     }
 }
 
-/// The same in the lanes that continued. In the others 0 is added: where the sum itself was chosen, the compiler would store it under a
+/// The same in the lanes that continue. In the others 0 is added: if the sum itself were selected, the compiler would store it under a
 /// mask, which some processors do slowly.
 #[inline(always)]
 pub fn add_square_where<T: Real, const L: usize>(y: &[T; L], measured: T, factor: T, went: &[T; L], sum: &mut [T; L]) {
@@ -193,7 +192,7 @@ pub fn leader<T: Real, const L: usize>(old: T, new: T, fraction: &[T; L], to: &m
     }
 }
 
-/// Lanes that look for their past together: all of the delays that lie between theirs are tried for each of them.
+/// Lanes that look up their past together: each delay between their smallest and largest is tried for each of them.
 pub const CHUNK: usize = 16;
 
 /// Spacing, speed and the speed ahead in the lanes of a chunk with this delay, between two samples: each `old`, `new`.

@@ -1,8 +1,8 @@
 //! Instructions over rows of lanes, once per instruction set.
 //!
-//! The only module with `unsafe`: function pointers compiled for an instruction set, and rows reached by number.
-//! `Instructions::new` checks their conditions. Every set gives the same bits: Rust never fuses a multiplication with an addition
-//! in one rounding of itself, and where f64 asks for it (`mul_add`), the baseline computes the same, more slowly.
+//! The only module with `unsafe`: function pointers compiled for an instruction set, and rows accessed by number. `Instructions::new`
+//! checks their conditions. Every set gives the same bits: Rust never fuses a multiplication with an addition on its own, and where f64
+//! requires it (`mul_add`), the baseline computes the same, more slowly.
 #![allow(unsafe_code, reason = "function pointers per instruction set; see the safety comments")]
 
 use super::operation::{self, Compare, One, Two};
@@ -173,7 +173,7 @@ pub fn run_block<T: Real, const L: usize>(
 /// overlap.
 macro_rules! rows {
     ($rows:ident, $at:ident, $($to:literal),*; $($source:literal),*) => {
-        // SAFETY: the caller promises that the rows exist, and that those written are none of the others.
+        // SAFETY: the caller promises that the rows exist, and that written rows differ from all others.
         unsafe {
             (
                 $(&mut (*$rows.add(usize::from($at[$to]))).0,)*
@@ -335,7 +335,7 @@ instruction_set!(avx2, "avx2,fma");
 #[cfg(target_arch = "x86_64")]
 instruction_set!(avx512, "avx512f,avx512vl,avx512bw,avx512dq");
 
-/// In the place of an instruction that is never run.
+/// Placeholder for an instruction that is never run.
 unsafe fn nothing<T: Real, const L: usize>(_: *mut Lane<T, L>, _: &At) {
     unreachable!("the baseline runs in small blocks");
 }

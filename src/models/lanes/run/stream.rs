@@ -28,7 +28,7 @@ pub struct GradeTable<T> {
 /// a_dp and a_ap over the speed: node, values at the node; line of a_dp (value at the node, slope), line of a_ap.
 pub type MfcTable<T> = Cells<T, 3, 4>;
 
-/// How a score follows from the sums.
+/// Coefficients of a score in the sums.
 #[derive(Debug, Clone, Copy)]
 pub struct NormOf<T> {
     pub per_count: [T; 3],

@@ -9,7 +9,7 @@ use crate::evaluator::{Observer, Soft, Windows};
 use crate::score::Accumulation;
 use std::hint::select_unpredictable;
 
-/// Numbers per sample that slopes need: three weighted errors and the price of a soft run.
+/// Numbers per sample that derivatives need: three weighted errors and the penalty of a soft run.
 pub const SIGNALS: usize = 4;
 
 /// Kind of the sums.
@@ -54,15 +54,15 @@ pub struct Settings {
     pub counts: bool,
     /// Samples in a block of sums of whitened squares, if they are requested.
     pub block: Option<usize>,
-    /// When runs are put back on the measurement; `None`: never.
+    /// Where runs are reset to the measurement; `None`: never.
     pub windows: Option<Windows>,
     /// True if a run that fails continues from the measurement, with NaN as its residuals of that sample.
     pub goes_on: bool,
-    /// How runs continue behind a collision, if they do.
+    /// Continuation of runs beyond a collision, if they continue.
     pub soft: Option<Soft>,
 }
 
-/// The lanes that did a step without failing.
+/// The lanes that completed a step.
 #[derive(Debug, Clone, Copy)]
 pub struct Went<'a, T, const L: usize> {
     /// True if all did.
@@ -89,12 +89,12 @@ pub struct Sums<T, const L: usize> {
     pub observers: Observers<T, L>,
     /// Residuals of spacing and speed.
     pub residual: [Lane<T, L>; 2],
-    /// Errors of spacing, speed and acceleration as the goodness of fit weighs them, and the shortfall of the spacing \[m\], to which a
-    /// convention that rejects candidates at an acceleration bound adds the cut part \[m/s²\].
+    /// Errors of spacing, speed and acceleration with the weights of the goodness of fit, and the shortfall of the spacing \[m\], to which
+    /// a convention that rejects candidates at an acceleration bound adds the cut part \[m/s²\].
     pub weighted: [Lane<T, L>; SIGNALS],
     /// Σ shortfall².
     pub shortfall2: Lane<T, L>,
-    /// Per block of samples and lane; filled with an observer only.
+    /// Per block of samples and lane; used with an observer only.
     pub blocks: Vec<[Lane<T, L>; 2]>,
 }
 

@@ -1,7 +1,7 @@
 //! Look-ups of shaders/kernel.wgsl over a block of lanes.
 //!
-//! A candidate stays in one cell of a table for many steps. So each lane keeps the values of its cell, and reads again only after
-//! leaving it: a processor's gather instructions take longer than all other work of a step.
+//! A candidate stays in one cell of a table for many steps. So each lane keeps the values of its cell, and reads again only after leaving
+//! it: a processor's gather instructions take longer than the rest of a step.
 #![allow(
     clippy::needless_range_loop,
     clippy::neg_cmp_op_on_partial_ord,
@@ -15,7 +15,7 @@ use super::stream::{Cells, GradeTable, MfcTable};
 /// Lanes that read again together.
 const CHUNK: usize = 16;
 
-/// Values that each lane read of its cell: C values of the cell, S of the side of its node.
+/// Values of each lane from its cell: C values of the cell, S of the side of its node.
 #[derive(Debug)]
 struct Cursor<T, const L: usize, const C: usize, const S: usize> {
     cell: [u32; L],
@@ -29,14 +29,14 @@ struct Cursor<T, const L: usize, const C: usize, const S: usize> {
 pub struct Lookups<T, const L: usize> {
     grade: Cursor<T, L, 2, 1>,
     mfc: Cursor<T, L, 3, 4>,
-    /// Place of each lane: first searched, then from its node on.
+    /// Position of each lane: first the searched one, then relative to its node.
     d: Lane<T, L>,
 }
 
 /// No cell.
 const NOWHERE: u32 = u32::MAX;
 
-/// Reads the entries of the lanes in chunks that have one which is elsewhere than before.
+/// Reads the entries of the lanes in each chunk in which a lane has moved to another cell.
 #[inline(always)]
 fn follow<T: Real, const N: usize, const L: usize>(
     table: &[[T; N]],
@@ -77,7 +77,7 @@ impl<T: Real, const L: usize, const C: usize, const S: usize> Cursor<T, L, C, S>
         Cursor { cell: [NOWHERE; L], in_cell: [Lane::ZERO; C], side: [NOWHERE; L], on_side: [Lane::ZERO; S] }
     }
 
-    /// Goes to the cells of the places in `d`, which are counted from the cells' nodes afterwards.
+    /// Moves to the cells of the positions in `d`, which then become relative to the cells' nodes.
     #[inline(always)]
     fn go(&mut self, table: &Cells<T, C, S>, d: &mut [T; L], is_above: impl Fn(T) -> bool) {
         let mut index = [0; L];
@@ -100,7 +100,7 @@ impl<T: Real, const L: usize> Lookups<T, L> {
         Lookups { grade: Cursor::new(), mfc: Cursor::new(), d: Lane::ZERO }
     }
 
-    /// Before a block reads other tables than the last one did.
+    /// Call it before a block reads other tables than the previous one.
     pub fn forget(&mut self) {
         (self.grade.cell, self.grade.side) = ([NOWHERE; L], [NOWHERE; L]);
         (self.mfc.cell, self.mfc.side) = ([NOWHERE; L], [NOWHERE; L]);

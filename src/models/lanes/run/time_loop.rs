@@ -1,7 +1,7 @@
 //! The time loop of shaders/kernel.wgsl, operation for operation, over a block of lanes.
 //!
-//! All lanes of a block step together. One that has failed or has not started yet computes on, unread: no operation looks
-//! at another lane, and its sums, counts and status are closed. A block may stop at any sample and continue from there.
+//! All lanes of a block step together. A lane that has failed or has not started continues to compute, unread: no operation reads another
+//! lane, and its sums, counts and status are closed. A block can stop at any sample and continue from there.
 
 use super::real::Real;
 use super::rows;
@@ -37,7 +37,7 @@ impl<T: Real, const L: usize> Program<T, L> {
 /// One candidate of a block.
 #[derive(Debug, Clone, Copy)]
 pub struct Candidate {
-    /// Its job, and its position in the population of that.
+    /// Its job, and its position in the population of the job.
     pub job: usize,
     pub index: usize,
     /// When it perceives and starts.
@@ -52,13 +52,13 @@ pub struct Run<'a, T> {
     pub settings: &'a Settings,
     pub stream: &'a Stream<T>,
     pub jobs: &'a [Job<'a>],
-    /// Of each job, the column of each of the model's parameters in its population.
+    /// For each job, the column of each of the model's parameters in its population.
     pub columns: &'a [Vec<Option<usize>>],
     /// At least one.
     pub candidates: &'a [Candidate],
-    /// The run begins at this sample, and has these states at the samples from there to its first, instead of the measured ones.
+    /// The run begins at this sample, with these states at the samples from there to its first, instead of the measured ones.
     pub history: Option<(usize, &'a [[T; 3]])>,
-    /// Added to the state at the sample before the first one of each candidate; empty without.
+    /// Added to the state at the sample before the first one of each candidate; may be empty.
     pub kicks: &'a [[T; 3]],
     /// One past the last sample.
     pub end: usize,
@@ -79,13 +79,13 @@ pub struct Run<'a, T> {
 struct Progress {
     /// The next sample.
     t: usize,
-    /// The home that the state is in.
+    /// The home of the present state.
     here: usize,
     /// Lanes that have not failed.
     running: usize,
 }
 
-/// Memory of a block, used again and again.
+/// Memory of a block, reused.
 #[derive(Debug)]
 pub struct Workspace<T, const L: usize> {
     pub registers: Registers<T, L>,
@@ -100,9 +100,9 @@ pub struct Workspace<T, const L: usize> {
     first: [usize; L],
     /// 1 while a lane runs.
     alive: Lane<T, L>,
-    /// 1 where a lane did this step without failing.
+    /// 1 if a lane completed this step.
     went: Lane<T, L>,
-    /// Where lanes look the speed of the preceding vehicle up.
+    /// Samples at which lanes look up the speed of the preceding vehicle.
     look_back: [[(i32, T); L]; 2],
     lookups: Lookups<T, L>,
     pub sums: Sums<T, L>,
@@ -183,7 +183,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             self.back_row.0[lane] = T::of(candidate.back as f64);
             self.fraction.0[lane] = T::of(candidate.fraction);
             self.first[lane] = candidate.first;
-            // A minimum with NaN would hide it, so it must not get that far.
+            // A minimum would hide NaN, so NaN must not reach it.
             let finite = values.iter().all(|value| Real::is_finite(T::of(*value)));
             let failed = status::FAILED | status::NOT_FINITE | candidate.first as u32;
             self.status[lane] = if finite { 0 } else { failed };
@@ -218,7 +218,7 @@ pub fn run<T: Real, const L: usize>(
                 }
                 w.went = w.alive;
             }
-            // Then both rows hold nothing but 1.
+            // Both rows then contain only 1.
             let whole = running == L && t >= all_begun;
             if delayed {
                 perceive(w, stream, model.perceived, [nearest, farthest], t, mask);
@@ -402,7 +402,7 @@ fn perceive<T: Real, const L: usize>(
         rows::leader(stream.v_l[older], stream.v_l[younger], &w.fraction.0, w.registers.row_mut(to[2]));
         return;
     }
-    // Candidates are sorted by delay: those of a chunk rarely have more than two.
+    // Candidates are sorted by delay: those of a chunk rarely have more than two delays.
     for (k, [nearest, farthest]) in w.backs.iter().enumerate() {
         let mut perceived = [[T::ZERO; rows::CHUNK]; 3];
         let (fraction, backs) = (rows::chunk(&w.fraction.0, k), rows::chunk(&w.back_row.0, k));
@@ -418,7 +418,7 @@ fn perceive<T: Real, const L: usize>(
     }
 }
 
-/// Puts the lanes that failed in a step back on the measurement, from which they continue.
+/// Resets the lanes that failed in a step to the measurement, from which they continue.
 #[cold]
 #[inline(never)]
 fn put_back<T: Real, const L: usize>(w: &mut Workspace<T, L>, stream: &Stream<T>, home: [u16; 3], t: usize) {
@@ -434,7 +434,7 @@ fn put_back<T: Real, const L: usize>(w: &mut Workspace<T, L>, stream: &Stream<T>
     }
 }
 
-/// Closes the lanes that failed in the step from home `from`; returns their number. Rare, so one after the other.
+/// Closes the lanes that failed in the step from home `from`; returns their number. It is rare, so it goes lane by lane.
 #[cold]
 #[inline(never)]
 fn close<T: Real, const L: usize>(w: &mut Workspace<T, L>, program: &Program<T, L>, from: usize, t: usize) -> usize {

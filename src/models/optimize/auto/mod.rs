@@ -1,9 +1,9 @@
-//! The search by scores alone: a global search and a local polish, twice at the same time, and more of them until enough agree.
+//! The search by scores alone: a global search and a local polish, twice in parallel, and more of them until enough agree.
 //!
-//! A round is [`Lshade`](super::Lshade) until its population is nearly of one value or its evaluations are spent, then
-//! [`Descent`](super::Descent) from its best member with the shape of its population, at last on exact merits. Rounds draw from
-//! different streams and are independent, so that their agreement means something; if they disagree the surface has several
-//! basins, and more rounds follow. Two run side by side, because an evaluator takes two generations in hardly more time than one.
+//! A round is [`Lshade`](super::Lshade) until its population has nearly one value or its evaluations are spent, then
+//! [`Descent`](super::Descent) from its best member with the shape of its population, at last on exact merits. Rounds draw from different
+//! streams and are independent, so that their agreement is evidence; if they disagree, the surface has several basins, and more rounds
+//! follow. Two run in parallel, because an evaluator takes hardly more time for two generations than for one.
 
 mod round;
 
@@ -19,7 +19,7 @@ pub struct AutoSettings {
     pub search: u64,
     /// Evaluations of both polishes of one round.
     pub polish: u64,
-    /// Of these, kept for the polish on exact merits.
+    /// Of these, those reserved for the polish on exact merits.
     pub finish: u64,
     /// Members of the first generation of a global search.
     pub population: usize,
@@ -35,9 +35,9 @@ pub struct AutoSettings {
     pub finished: f64,
     /// Rounds agree if their values differ by no more than this share.
     pub agreement: f64,
-    /// All four are shares of this where the best value is smaller: near 0 no share of the value itself is ever reached.
+    /// All four are shares of this if the best value is smaller: near 0 a share of the value itself is never reached.
     pub floor: f64,
-    /// Rounds that have to agree, if none ended elsewhere.
+    /// Number of rounds that have to agree if none ended elsewhere.
     pub rounds: usize,
 }
 
@@ -61,8 +61,8 @@ impl AutoSettings {
             finish: polish / 3,
             // A larger population loses fewer narrow basins, if it has the generations to settle in one.
             population: ((search / 50) as usize).clamp(20 * dimensions, 60 * dimensions.max(1)),
-            // A round that follows few of its best settles in one basin early, and then four rounds may meet in the wrong one: with
-            // L-SHADE's 0.11 a round on the widest basins of platoon 5 (variant 62 on follower 2) ended lowest in 3 cases of 8.
+            // A round that follows few of its best settles in one basin early, and then four rounds may meet in the wrong one: with the
+            // 0.11 of L-SHADE, a round on the widest basins of platoon 5 (variant 62 on follower 2) found the lowest one in 3 cases of 8.
             best_share: [0.4, 0.2],
             // 32: number of candidates that evaluators simulate in the time of one.
             descent_population: (2 * DescentSettings::population_for(dimensions))
@@ -90,16 +90,16 @@ pub struct Auto {
     begun: u64,
     /// Best of each round that has ended, by exact merits, the best first.
     found: Vec<Member>,
-    /// Candidates asked for, per round under way.
+    /// Requested candidates, per round under way.
     asked: Vec<Vec<Vec<f64>>>,
-    /// Evaluations not given to any round.
+    /// Evaluations not assigned to a round.
     left: u64,
     /// Best of all rounds by exact and by rough merits.
     exact: Option<Member>,
     rough: Option<Member>,
 }
 
-/// Generations that a round may have: streams of rounds lie so far apart.
+/// Largest number of generations of a round: the distance between the streams of rounds.
 const STREAMS_OF_A_ROUND: u64 = 1 << 40;
 
 /// Rounds at the same time.
@@ -125,11 +125,11 @@ impl Auto {
         auto
     }
 
-    /// Begins as many rounds as there is room for.
+    /// Starts as many rounds as there is room for.
     fn begin(&mut self) {
         while self.rounds.len() < SIDE_BY_SIDE {
             let search = self.settings.search.min(self.left.saturating_sub(self.settings.polish));
-            // Half a search finds less than it costs; but there must be one.
+            // Half a search is not worth its cost, but there must be one.
             if self.begun > 0 && 2 * search < self.settings.search || self.left == 0 {
                 return;
             }
@@ -200,7 +200,7 @@ impl Optimizer for Auto {
         self.collect();
     }
 
-    /// By exact merits as soon as one of them is feasible, and from then on by them alone; before, by approximate ones.
+    /// By exact merits as soon as one of them is feasible, and then only by these; before, by approximate ones.
     fn best(&self) -> Option<&Member> {
         let (exact, rough) = (self.exact.as_ref(), self.rough.as_ref());
         exact.filter(is_feasible).or(rough.filter(is_feasible)).or(exact).or(rough)
@@ -219,7 +219,7 @@ impl Optimizer for Auto {
         self.rounds.is_empty().then_some(ended)
     }
 
-    /// Rounds wait for each other: none begins on exact merits before all are that far.
+    /// Rounds wait for each other: none starts on exact merits before all have reached them.
     fn wants_exact(&self) -> bool {
         let mut going = self.rounds.iter().filter(|round| !round.is_ended());
         going.all(Round::wants_exact)

@@ -86,7 +86,7 @@ impl Round {
         }
     }
 
-    /// The merits, with the candidates once more.
+    /// The merits, and the candidates again.
     pub(super) fn tell(&mut self, points: &[Vec<f64>], merits: &[Merit]) {
         self.left = self.left.saturating_sub(merits.len() as u64);
         match &mut self.phase {
@@ -114,7 +114,7 @@ impl Round {
 
     /// Starts the next phase when the one under way has ended.
     fn advance(&mut self) {
-        // A phase without candidates is passed over.
+        // Skips a phase without candidates.
         loop {
             self.phase = match std::mem::replace(&mut self.phase, Phase::Ended) {
                 Phase::Search(search) if ended(search.as_ref()) => {
@@ -147,7 +147,7 @@ impl Round {
         }
     }
 
-    /// A descent from a point, within the remaining budget but for this many evaluations; none if there is no room for a generation.
+    /// A descent from a point, within the remaining budget minus this many evaluations; none if there is no room for a generation.
     fn descent(&self, from: Option<Member>, tolerance: f64, keep: u64) -> Option<Box<Descent>> {
         let population = self.settings.descent_population;
         let room = self.left.saturating_sub(keep);

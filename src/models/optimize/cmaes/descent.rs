@@ -16,7 +16,7 @@ pub struct DescentSettings {
     /// Finished once the values of a generation, and the best ones of the latest generations, differ by no more than this share of
     /// the best.
     pub tolerance: f64,
-    /// The tolerance is a share of this where the best value is smaller, such as 0.
+    /// The tolerance is a share of this if the best value is smaller, such as 0.
     pub floor: f64,
 }
 
@@ -92,8 +92,8 @@ impl Rates {
     }
 }
 
-/// One descent. It moves in the unit cube, which is continued beyond its faces by reflection: every candidate lies in the box,
-/// and a minimum on a bound is one like any other.
+/// One descent. It moves in the unit cube, continued beyond its faces by reflection: every candidate lies in the box, and a minimum on a
+/// bound needs no special treatment.
 #[derive(Debug, Clone)]
 pub struct Descent {
     settings: DescentSettings,
@@ -110,7 +110,7 @@ pub struct Descent {
     lengths: DVector<f64>,
     path_sigma: DVector<f64>,
     path_c: DVector<f64>,
-    /// Steps y = (x - m) / σ of the generation asked for.
+    /// Steps y = (x - m) / σ of the requested generation.
     steps: Vec<DVector<f64>>,
     /// Best values of the latest generations.
     latest: VecDeque<f64>,
@@ -293,7 +293,7 @@ impl Optimizer for Descent {
         let steps = std::mem::take(&mut self.steps);
         self.evaluations += merits.len() as u64;
         let mut order: Vec<usize> = (0..merits.len()).collect();
-        // Stable: among equals the order stays.
+        // Stable: equals keep their order.
         order.sort_by(|&a, &b| merits[a].order(&merits[b]));
         let value = |&k: &usize| match merits[k] {
             Merit::Feasible(value) if value.is_finite() => value,

@@ -12,11 +12,11 @@ use rand::RngExt;
 /// Settings of CMA-ES with restarts.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct CmaesSettings {
-    /// Evaluations after which no descent is started.
+    /// Number of evaluations after which no descent starts.
     pub evaluations: u64,
     /// A descent ends when values differ by no more than this share of the best one.
     pub tolerance: f64,
-    /// The tolerance is a share of this where the best value is smaller, such as 0.
+    /// The tolerance is a share of this if the best value is smaller, such as 0.
     pub floor: f64,
 }
 
@@ -29,7 +29,7 @@ pub struct Cmaes {
     settings: CmaesSettings,
     space: SearchBox,
     descent: Descent,
-    /// Whether the descent under way counts as one of the regime with small populations.
+    /// Whether the present descent belongs to the regime with small populations.
     small: bool,
     /// Population of the large regime.
     large_population: usize,
@@ -52,7 +52,7 @@ impl Cmaes {
         Cmaes { settings, space, descent, small, large_population: population, last_large: 0, used, best }
     }
 
-    /// The next descent, of the regime that has used less.
+    /// The next descent, in the regime that has used fewer evaluations.
     fn restart(&mut self) {
         let mut origin = self.descent.origin();
         if !self.small {
@@ -63,7 +63,7 @@ impl Cmaes {
         if self.small {
             let mut rng = origin.whole();
             let (u, w): (f64, f64) = (rng.random(), rng.random());
-            // From the default to half of the latest large one: that one has doubled at least once.
+            // From the default to half of the latest large one, which has doubled at least once.
             let ratio = self.large_population as f64 / default as f64;
             let population = (default as f64 * (0.5 * ratio).powf(u * u)) as usize;
             let step = FIRST_STEP * 10f64.powf(-2.0 * w);

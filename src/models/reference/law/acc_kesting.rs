@@ -15,10 +15,10 @@ pub fn acceleration(seen: &Seen<'_>, memory: &mut Memory) -> f64 {
     (1.0 - coolness) * following + coolness * (heuristic + b * ((following - heuristic) / b).tanh())
 }
 
-/// Eq. 2.3: the largest constant acceleration without a crash while the preceding vehicle keeps its own \[m/s²\].
+/// Eq. 2.3: the largest constant acceleration without a crash while the preceding vehicle keeps its acceleration \[m/s²\].
 fn constant_accelerations(seen: &Seen<'_>) -> f64 {
     let x = seen.x;
-    // At least 1 mm, as in the IIDM: a spacing that is perceived may be less.
+    // At least 1 mm, as in the IIDM: a perceived spacing may be less.
     let s = x.s.max(1e-3);
     let a_l = seen.a_l.min(seen.p.a_max);
     let closing = x.v_f - x.v_l;
@@ -31,7 +31,7 @@ fn constant_accelerations(seen: &Seen<'_>) -> f64 {
     }
 }
 
-/// That of the IIDM: at a constant speed the heuristic asks for nothing \[m\].
+/// That of the IIDM: at a constant speed the heuristic commands nothing \[m\].
 pub fn equilibrium(p: &Parameters, _own: &[f64], v: f64) -> f64 {
     iidm::equilibrium(p, &[], v)
 }

@@ -3,7 +3,7 @@ use crate::symbols::Parameters;
 
 /// Above this gap the set speed counts \[m\].
 const SPEED_ABOVE: f64 = 120.0;
-/// Below this one the law of the gap acts \[m\]; in between, the previous law.
+/// Below this gap the gap law acts \[m\]; in between, the previous law.
 const GAP_BELOW: f64 = 100.0;
 
 /// Milanés, Shladover (2014), with one set of gains, as in SUMO's ACC: commanded acceleration \[m/s²\].

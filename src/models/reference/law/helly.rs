@@ -1,7 +1,7 @@
 use super::{Memory, Seen, values};
 use crate::symbols::Parameters;
 
-/// Helly (1959), without his delay, which is a part of its own: commanded acceleration \[m/s²\].
+/// Helly (1959), without his delay, which is a separate part: commanded acceleration \[m/s²\].
 pub fn acceleration(seen: &Seen<'_>, _memory: &mut Memory) -> f64 {
     let [gamma] = values(seen.own);
     let (p, x) = (seen.p, seen.x);

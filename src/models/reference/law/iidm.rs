@@ -28,7 +28,7 @@ pub fn acceleration(seen: &Seen<'_>, _memory: &mut Memory) -> f64 {
     }
 }
 
-/// Where the desired spacing is kept \[m\].
+/// Where the spacing equals the desired one \[m\].
 pub fn equilibrium(p: &Parameters, _own: &[f64], v: f64) -> f64 {
     p.d_0 + p.t_h * v
 }

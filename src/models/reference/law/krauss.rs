@@ -1,15 +1,15 @@
 use super::{Memory, Seen};
 use crate::symbols::Parameters;
 
-/// Krauss (1998) without randomness: commanded acceleration, counted from the present own speed \[m/s²\].
+/// Krauss (1998) without randomness: commanded acceleration, relative to the present own speed \[m/s²\].
 pub fn acceleration(seen: &Seen<'_>, _memory: &mut Memory) -> f64 {
     let (p, x) = (seen.p, seen.x);
     let v_next = p.v_0.min(seen.v_f + p.a_max * seen.dt).min(safe_speed(p, x.s - p.d_0, x.v_l)).max(0.0);
     (v_next - seen.v_f) / seen.dt
 }
 
-/// The speed from which the way of `t_h` and of braking just fits into the gap and the other's braking way \[m/s\]:
-/// `v t_h + v²/(2b) = gap + v_l²/(2b)`, solved for v as in `KraussOrig1` of SUMO.
+/// The speed at which the distance of `t_h` and of braking just fits into the gap and the other's braking distance \[m/s\]: `v t_h +
+/// v²/(2b) = gap + v_l²/(2b)`, solved for v as in `KraussOrig1` of SUMO.
 fn safe_speed(p: &Parameters, gap: f64, v_l: f64) -> f64 {
     let b = -p.a_min;
     let radicand = (b * p.t_h).powi(2) + v_l * v_l + 2.0 * b * gap;
@@ -17,7 +17,7 @@ fn safe_speed(p: &Parameters, gap: f64, v_l: f64) -> f64 {
     -b * p.t_h + radicand.max(0.0).sqrt()
 }
 
-/// Where the own speed is the safe one: both need the same way to brake \[m\].
+/// The gap at which the own speed is the safe one: both have the same braking distance \[m\].
 pub fn equilibrium(p: &Parameters, _own: &[f64], v: f64) -> f64 {
     p.d_0 + p.t_h * v
 }

@@ -1,7 +1,7 @@
 use super::{Memory, Seen, values};
 use crate::symbols::Parameters;
 
-/// The optimal speed comes near `v_0` only far away: the largest share of it for which a spacing is given.
+/// Largest share of `v_0` for which a spacing is given: the optimal speed approaches `v_0` only at infinity.
 const MOST: f64 = 0.999;
 
 /// Bando et al. (1995): relaxation to the optimal speed \[m/s²\].

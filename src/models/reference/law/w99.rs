@@ -21,17 +21,17 @@ fn wanted(seen: &Seen<'_>) -> f64 {
     let cc0 = seen.p.d_0;
     let [cc1, cc2, cc3, cc4, cc5, cc6, cc7, cc8, cc9] = values(seen.own);
     let (dx, dv) = (seen.x.s, seen.x.dv());
-    // A measured speed may lie a hair below zero; standstill is meant.
+    // A measured speed may be slightly below zero, which means standstill.
     let v = seen.x.v_f.max(0.0);
     let v_l = seen.x.v_l;
 
-    // SDXc, SDXo, SDXv: the shortest and the longest spacing in following, and the one at which braking begins.
-    // At a mean of 0 the random number leaves v_l of the speed of a vehicle ahead that is slower but speeds up.
+    // SDXc, SDXo, SDXv: the shortest and the longest spacing in following, and the one at which braking begins. With its mean of 0, the
+    // random number leaves only v_l for a vehicle ahead that is slower but accelerates.
     let slower = if dv >= 0.0 || seen.a_l < 1.0 { v } else { v_l };
     let shortest = cc0 + if v_l > 0.0 { cc1 * slower.max(0.0) } else { 0.0 };
     let longest = shortest + cc2;
     let braking = longest + cc3 * (dv - cc4);
-    // SDV, SDVc, SDVo: the speed differences that are noticed, at all, closing and opening.
+    // SDV, SDVc, SDVo: the thresholds of the speed difference for perception, closing and opening.
     let noticed = cc6 * dx * dx / 10_000.0;
     let closing = if v > 0.0 { cc4 - noticed } else { 0.0 };
     let opening = if v_l > cc5 { noticed + cc5 } else { noticed };
@@ -64,7 +64,8 @@ fn wanted(seen: &Seen<'_>) -> f64 {
     }
 }
 
-/// There is no state of rest: nearer than the end of following the car brakes by cc7, farther it accelerates \[m\]. From `v_0` on that of `v_0`.
+/// There is no state of rest: below the end of following the car brakes by cc7, above it the car accelerates \[m\]. From `v_0` on, that of
+/// `v_0`.
 pub fn equilibrium(p: &Parameters, own: &[f64], v: f64) -> f64 {
     let [cc1, cc2, _, _, _, _, _, _, _] = values(own);
     p.d_0 + cc1 * v.min(p.v_0) + cc2

@@ -48,7 +48,7 @@ impl Reader<'_> {
             (!tried.is_empty()).then(|| format!("{platoon} {share:.0} %"))
         };
         let shares: Vec<String> = platoons.iter().filter_map(of).collect();
-        vec![format!("runs that collide, by the platoon calibrated on: {}", shares.join(", "))]
+        vec![format!("colliding runs, by the platoon of the calibration: {}", shares.join(", "))]
     }
 
     fn idm_hardly_crashes(&self) -> Claim {
@@ -121,7 +121,7 @@ pub fn by_gof(all: &[Outcomes]) -> Vec<Claim> {
     let rate = |gof: &str| rates.iter().find(|(_, name, _)| *name == gof).map(|(rate, ..)| *rate);
     let other = rates.iter().find(|(_, name, _)| !best.contains(name)).map(|(rate, ..)| *rate);
     let fewest = match (best.map(rate), other) {
-        // As many as another one has: a study cannot decide.
+        // A tie: a study cannot decide.
         ([Some(a), Some(b)], Some(other)) if a.max(b) != other => Some(a.max(b) < other),
         _ => None,
     };
@@ -208,7 +208,7 @@ mod tests {
         assert_eq!(second([0, 2, 9, 9, 8]).why, None);
         assert_eq!(
             second([0, 9, 2, 9, 8]).why.as_deref(),
-            Some("runs that collide, by the platoon calibrated on: P3 28 %")
+            Some("colliding runs, by the platoon of the calibration: P3 28 %")
         );
     }
 }

@@ -8,7 +8,7 @@ use super::{Outcomes, Table4Row, Table5Row};
 /// A statement of the paper beside the result of a study.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Claim {
-    /// The paper's words, in short, with the section.
+    /// The paper's statement in short, with the section.
     pub paper: &'static str,
     /// The result, with numbers.
     pub found: String,
@@ -74,7 +74,7 @@ fn claim(paper: &'static str, found: &[String], agrees: Option<bool>) -> Claim {
 }
 
 impl Claim {
-    /// With the reason for it, if it differs and there is one.
+    /// With the reason for a difference, if there is one.
     fn because(self, why: impl FnOnce() -> Vec<String>) -> Claim {
         let why = if self.agrees == Some(false) { why() } else { Vec::new() };
         Claim { why: (!why.is_empty()).then(|| why.join("; ")), ..self }

@@ -1,4 +1,4 @@
-//! Times as people write them: dates with a time of day, and the time of day alone.
+//! Times in human notation: dates with a time of day, and the time of day alone.
 
 /// Seconds of a day.
 const DAY_S: f64 = 86_400.0;
@@ -72,7 +72,7 @@ fn days(year: i64, month: i64, day: i64) -> i64 {
     era * 146_097 + of_era * 365 + of_era / 4 - of_era / 100 + of_year - 719_468
 }
 
-/// The time of day as one that continues over midnight: on the day that lies nearest to the time before.
+/// The time of day, continued over midnight: on the day nearest to the previous time.
 pub(super) fn going_on(seconds: f64, before: Option<f64>) -> f64 {
     before.map_or(seconds, |before| seconds + DAY_S * ((before - seconds) / DAY_S).round())
 }

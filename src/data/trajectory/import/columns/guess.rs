@@ -1,4 +1,4 @@
-//! Which unmapped column may distinguish drives.
+//! Finds an unmapped column that may distinguish drives.
 
 use super::super::table::fingerprint;
 use std::collections::HashMap;

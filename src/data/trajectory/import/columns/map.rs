@@ -42,7 +42,7 @@ pub(super) enum Decimal {
     Comma,
 }
 
-/// Towards which end of the positions a vehicle drives.
+/// The end of the positions towards which a vehicle drives.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Direction {
@@ -54,7 +54,7 @@ pub(super) enum Direction {
     ByPosition,
 }
 
-/// Which point of a vehicle its position means.
+/// The point of a vehicle that its position refers to.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum PositionAt {
@@ -97,11 +97,11 @@ pub struct ColumnMap {
     pub(super) units_row: bool,
     /// Words for missing values, besides the built-in ones.
     pub(super) missing: Vec<String>,
-    /// Of every vehicle without a column for it \[m\].
+    /// Length of every vehicle without a column for it \[m\].
     pub(super) length: Option<f64>,
-    /// Of the vehicle ahead in a table of pairs \[m\].
+    /// Length of the vehicle ahead in a table of pairs \[m\].
     pub(super) lead_length: Option<f64>,
-    /// Of the vehicle ahead \[m\], instead of any column.
+    /// Length of the vehicle ahead \[m\], instead of any column.
     pub(super) lead_override: Option<f64>,
     /// Positions restart after this distance \[m\].
     pub(super) lap_length: Option<f64>,
@@ -153,7 +153,7 @@ impl ColumnMap {
         if let Some(found) = parsed.lap_length.filter(|lap| !LAPS_M.contains(lap)) {
             return Err(MapError::Lap { path: path(), found });
         }
-        // In the order of the roles, whatever the order of the file: the numbers of a row have this order.
+        // In the order of the roles and not of the file, because the numbers of a row have this order.
         columns.sort_by_key(|column: &Column| column.role);
         let map = ColumnMap {
             name: path(),
@@ -235,7 +235,7 @@ impl ColumnMap {
         }
     }
 
-    /// A column without a number in its name that would be read for every car of a platoon, with its name.
+    /// A column without a number in its name that every car of a platoon would read, with its name.
     fn shared(&self) -> Option<(Role, &str)> {
         let own = [Role::Speed, Role::Gap, Role::Headway, Role::Position];
         let all = self.columns.iter().filter(|column| own.contains(&column.role));
@@ -255,7 +255,7 @@ impl ColumnMap {
         self.lap_length.map_or(difference, |lap| difference.rem_euclid(lap))
     }
 
-    /// A change of position, the end of a lap left out \[m\].
+    /// A change of position \[m\], without the end of a lap.
     pub(super) fn moved(&self, change: f64) -> f64 {
         self.lap_length.map_or(change, |lap| (change + lap / 2.0).rem_euclid(lap) - lap / 2.0)
     }

@@ -49,8 +49,7 @@ impl ColumnMap {
 
     /// A built-in map by its name, or your own map: its file, which ends in `.toml`, or its text, which has several lines.
     ///
-    /// # Errors
-    /// [`MapError`] for a missing or broken map.
+    /// A built-in map by its name, or your own map: its file, which ends in `.toml`, or its text, which has several lines.
     pub fn find(given: &str) -> Result<ColumnMap, MapError> {
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == given) {
             return ColumnMap::parse(text, name);
@@ -126,8 +125,8 @@ impl Recording {
         self.chosen_by == ChosenBy::Place
     }
 
-    /// Keeps only the platoons in which the car of this name is the follower of one number, which is that of the first: 1 is the car right behind
-    /// the leader. `None`, and no change, without such a platoon.
+    /// Keeps only the platoons in which the car of this name is the follower with the same number as in the first: 1 is the car right
+    /// behind the leader. `None`, and no change, without such a platoon.
     #[must_use]
     pub fn keep_car(&mut self, name: &str) -> Option<usize> {
         let place = |platoon: &Platoon| {

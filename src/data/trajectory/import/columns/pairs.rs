@@ -19,11 +19,11 @@ pub(super) struct Group {
     /// The same, numbered from the second on.
     pub id: Option<String>,
     pub rows: Vec<usize>,
-    /// Note that another one had the name before.
+    /// Note that an earlier one had the same name.
     pub again: Option<Note>,
 }
 
-/// The rows of each group in the order of the file, whose times must rise; rows that repeat another one are taken once.
+/// The rows of each group in the order of the file, whose times must rise; repeated rows count once.
 pub(super) fn by_group(table: &Table, problems: &mut Problems) -> Result<(Vec<Group>, Repeated), Stop> {
     let mut groups: Vec<(Option<u32>, Vec<usize>)> = Vec::new();
     let mut place = HashMap::new();

@@ -12,7 +12,7 @@ use crate::trajectory::import::problems::Problems;
 use crate::trajectory::steps::{largest_move, longest_step};
 use std::slice;
 
-/// Signals with the same content may differ by this factor, by noise and smoothing.
+/// Largest factor between signals with the same content, from noise and smoothing.
 const FACTOR: f64 = 1.25;
 /// Less variation than this is not enough \[m\].
 const VARIATION_M: f64 = 1.0;
@@ -27,7 +27,7 @@ const STEPS: [f64; 2] = [0.001, 5.0];
 pub(super) struct Track {
     pub t: Vec<f64>,
     pub v: Vec<f64>,
-    /// Empty where no position is mapped.
+    /// Empty if no position is mapped.
     pub x: Vec<f64>,
     pub length: Option<f64>,
 }

@@ -108,7 +108,7 @@ impl Table {
         all
     }
 
-    /// Faults of single values become faults of the file if nothing else of it is left.
+    /// Faults of single values become faults of the file if no other data of the file remain.
     pub fn refuse(&self, problems: &mut Problems) -> Result<(), Stop> {
         problems.adopt(self.faults.values().cloned());
         problems.check()
@@ -119,8 +119,8 @@ impl Table {
         self.hashes[row] == self.hashes[other]
     }
 
-    /// Rows that repeat another one exactly are removed and counted. Of others with the same time
-    /// `differ` receives the line of the first and of the second, and the time.
+    /// Removes and counts rows that repeat another one exactly. For others with the same time `differ` receives the line of the first and
+    /// of the second, and the time.
     pub fn take_once(&self, rows: &mut Vec<usize>, repeated: &mut Repeated, mut differ: impl FnMut(u64, u64, f64)) {
         let time = self.numbers(Role::Time).unwrap_or_default();
         let mut seen: HashMap<u64, usize> = HashMap::with_capacity(rows.len());

@@ -19,7 +19,7 @@ pub(super) struct Text {
     #[serde(default = "point")]
     pub decimal: Decimal,
     pub header: Option<Vec<String>>,
-    /// Reading of the same table without a header line.
+    /// Options for a table without a header line.
     pub headerless: Option<Headerless>,
     #[serde(default)]
     pub skip_lines: u64,

@@ -10,7 +10,7 @@ pub(super) enum Quantity {
     Ratio,
 }
 
-/// How the text of a value becomes SI.
+/// The conversion of a text to SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(super) enum Form {
     /// A number, times this.

@@ -34,7 +34,7 @@ pub(super) fn wanted(header: &Header, map: &ColumnMap, problems: &mut Problems) 
             let place = named.into_iter().find_map(|name| header.find_in_any_case(&name));
             wanted.extend(place.map(|place| {
                 let (role, form, unit) = (column.role, column.form, column.unit.clone());
-                // Cars count from 1 inside, whatever the file's numbers are.
+                // Internally, cars count from 1, whatever the numbers in the file.
                 let car = if map.rows == Rows::Platoon && role.is_of_a_car() { position + 1 } else { 0 };
                 Wanted { place, role, car, form, unit }
             }));

@@ -23,7 +23,7 @@ pub(super) const MAGIC: [u8; 4] = *b"PAR1";
 const DATES_S: i64 = 7_258_118_400;
 const DAY_S: i64 = 86_400;
 
-/// The most digits of a decimal number: those of 256 bits. Writing down a number of many more takes too long.
+/// Largest number of digits of a decimal number: that of 256 bits. Converting many more takes too long.
 const DIGITS_MAX: i32 = 76;
 
 /// The table as text, a row at a time.
@@ -82,7 +82,7 @@ fn refuse_type(column: &Type) -> Result<(), String> {
     let name = column.name();
     let found = match column {
         Type::GroupType { .. } => "several values a row, expected one".to_owned(),
-        // The library has no text for them.
+        // The library cannot convert them to text.
         Type::PrimitiveType { basic_info, .. } if basic_info.converted_type() == ConvertedType::INTERVAL => {
             "spans of time (INTERVAL), expected numbers or text".to_owned()
         }
@@ -94,7 +94,7 @@ fn refuse_type(column: &Type) -> Result<(), String> {
     Err(format!("column {name} holds {found}"))
 }
 
-/// A few bytes can declare any number of rows, and contain it.
+/// A few bytes can declare any number of rows, and encode them.
 fn refuse_rows(metadata: &ParquetMetaData) -> Result<(), String> {
     let rows = metadata.row_groups().iter().map(|group| u64::try_from(group.num_rows()).unwrap_or(u64::MAX));
     let rows = rows.fold(0_u64, u64::saturating_add);
@@ -121,7 +121,7 @@ fn refuse_ranges(metadata: &ParquetMetaData, length: u64, dictionaries: &Diction
     Ok(())
 }
 
-/// Result of the Parquet library; some contradictory contents make it panic.
+/// Result of the Parquet library, which panics on some contradictory contents.
 fn of_library<T, E: std::fmt::Display>(read: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
     match catch_unwind(AssertUnwindSafe(read)) {
         Ok(read) => read.map_err(|error| error.to_string()),

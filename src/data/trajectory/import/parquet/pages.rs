@@ -9,7 +9,7 @@ use std::io::{self, BufReader, Read, Seek, SeekFrom};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, PoisonError};
 
-/// End of a file, behind its columns: the length of the metadata, and the magic number \[bytes\].
+/// End of a file, after its columns: the length of the metadata, and the magic number \[bytes\].
 pub(super) const FOOTER: u64 = 8;
 
 /// The largest page, unpacked \[bytes\]: a column of as many numbers as a table may have rows. Writers aim at 1 MB; some write a column as one page.
@@ -19,7 +19,7 @@ const DICTIONARY_MAX: i32 = 16 << 20;
 /// The longest header \[bytes\]: it may hold the smallest and the largest text of a page.
 const HEADER_MAX: u64 = 1 << 20;
 
-/// A file whose pages are watched.
+/// A file whose pages are checked.
 pub(super) struct Pages {
     file: File,
     /// Bytes of all pages so far, unpacked.
@@ -118,7 +118,7 @@ const DATA: i16 = 5;
 const DICTIONARY: i16 = 7;
 const DATA_V2: i16 = 8;
 
-/// Statistics hold nothing that holds anything.
+/// Statistics contain no nested structures.
 const DEPTH: usize = 3;
 
 impl Header {
@@ -128,8 +128,8 @@ impl Header {
         Ok(header)
     }
 
-    /// The fields of the header itself (`of` 0), or of one of its parts. Each has the type that the format gives it, so that the library reads
-    /// the same.
+    /// The fields of the header itself (`of` 0), or of one of its parts. Each must have the type that the format gives it, so that the
+    /// library reads the same.
     fn fields(&mut self, input: &mut impl Read, of: i16) -> io::Result<()> {
         let mut before = 0;
         while let Some((field, kind)) = field(input, before)? {
@@ -230,10 +230,10 @@ fn varint(input: &mut impl Read) -> io::Result<u64> {
             return Ok(value);
         }
     }
-    Err(io::Error::other("a number in the header of a page has no end"))
+    Err(io::Error::other("a number in the header of a page is unterminated"))
 }
 
-/// 0, -1, 1, -2, ... by their place.
+/// Zigzag encoding: 0, -1, 1, -2, ...
 fn number(input: &mut impl Read) -> io::Result<i64> {
     let place = varint(input)?;
     Ok((place >> 1) as i64 ^ -((place & 1) as i64))
@@ -263,7 +263,7 @@ mod tests {
         let twice = [0x15, 0, 0x15, 2, 0x05, 4, 0xFE, 0xFF, 0xFF, 0xFF, 0x0F, 0];
         let said = read(&twice).expect("a header").check().expect_err("too much");
         assert_eq!(said, format!("a page has {} bytes, unpacked, expected at most {PAGE_MAX}", i32::MAX));
-        // A dictionary of 2 bytes with 64 values; text by its changes; a size that is a byte; a text without end.
+        // A dictionary of 2 bytes with 64 values; text by its changes; a size in one byte; an unterminated text.
         let check = |bytes: &[u8]| read(bytes).map(|header| header.check());
         assert!(check(&[0x15, 4, 0x15, 4, 0x5C, 0x15, 0x80, 1, 0x15, 0, 0, 0]).expect("a header").is_err());
         assert!(check(&[0x15, 0, 0x15, 4, 0x3C, 0x15, 2, 0x15, 14, 0, 0]).expect("a header").is_err());

@@ -1,5 +1,5 @@
-//! What an extension gains for the user: free-simulation NRMSE(s,v,a) on data that neither model is calibrated on, base and extended
-//! alike recalibrated on the same training data.
+//! The gain of an extension for the user: NRMSE(s,v,a) of free simulations on data that neither model is calibrated on. Base and extended
+//! model are recalibrated on the same training data.
 
 use super::event_mask::{EventMask, absent};
 use super::free::{Free, free};
@@ -18,28 +18,28 @@ use crate::symbols::{Parameters, Symbol};
 use rand::RngExt;
 use std::ops::ControlFlow;
 
-/// Draws of the bootstrap.
+/// Number of bootstrap draws.
 const DRAWS: usize = 2000;
 
 /// The gain on the hold-out.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Gain {
-    /// NRMSE(s,v,a) of the base model; none if it crashes on a hold-out drive.
+    /// NRMSE(s,v,a) of the base model; `None` if it crashes on a hold-out drive.
     pub base: Option<f64>,
-    /// Of the extended model.
+    /// NRMSE(s,v,a) of the extended model.
     pub extended: Option<f64>,
     /// 95 % interval of base minus extended.
     pub interval: Option<[f64; 2]>,
-    /// NRMSE of s, v, a by themselves: base, then extended.
+    /// NRMSE of s, v and a separately: base, then extended.
     pub signals: Option<[[f64; 3]; 2]>,
-    /// Runs of base and extended, on training and hold-out drives, that crash or break off; of so many drives.
+    /// Number of runs of base and extended, on training and hold-out drives, that crash or end early.
     pub broken_off: [usize; 2],
     /// Drives that were simulated.
     pub drives: usize,
-    /// Of these, the hold-out drives by themselves: runs of base and extended that crash or break off, and how many drives.
+    /// For the hold-out drives alone: number of runs of base and extended that crash or end early, and number of drives.
     #[serde(default)]
     pub broken_off_held_back: [usize; 3],
-    /// Parameters of both models as recalibrated, by name.
+    /// Recalibrated parameters of both models, by name.
     pub parameters: [std::collections::BTreeMap<String, f64>; 2],
     /// In one sentence.
     pub sentence: String,
@@ -48,16 +48,16 @@ pub struct Gain {
 /// A gain that cannot be measured.
 #[derive(Debug, thiserror::Error)]
 pub enum GainError {
-    /// A case of the variant.
+    /// A case of the variant is invalid.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// Its bounds, or its drives.
+    /// The bounds or the drives are invalid.
     #[error(transparent)]
     Model(#[from] DiagnoseError),
-    /// Its calibration.
+    /// The calibration failed.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
-    /// Its simulation.
+    /// The simulation failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
 }
@@ -65,14 +65,14 @@ pub enum GainError {
 /// How a gain is measured.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GainSettings {
-    /// The one seed.
+    /// Seed of all random numbers.
     pub seed: u64,
     /// Simulations per calibration, at most.
     pub max_evaluations: u64,
 }
 
 impl GainSettings {
-    /// As much as an effort allows.
+    /// The settings of an effort.
     #[must_use]
     pub fn of(effort: Effort, seed: u64) -> GainSettings {
         let max_evaluations = match effort {
@@ -84,8 +84,8 @@ impl GainSettings {
     }
 }
 
-/// What scores candidates on drives. In f64 where an event does not happen in all of them, and where clocks are too far from 0 for
-/// single precision, as those that count from 1970 are.
+/// The evaluator of candidates on drives. It is f64 if an event does not happen in all of them, or if clocks are too far from 0 for single
+/// precision, such as those that count from 1970.
 fn evaluator(cases: Vec<Case>, train: &[Drive], adopted: &[Adopted]) -> Result<Box<dyn Evaluator>, GainError> {
     let absent: Vec<_> = train.iter().map(|drive| absent(adopted, drive)).collect();
     let everywhere = absent.iter().all(Vec::is_empty);
@@ -95,8 +95,8 @@ fn evaluator(cases: Vec<Case>, train: &[Drive], adopted: &[Adopted]) -> Result<B
     Ok(if everywhere { Box::new(lanes) } else { Box::new(EventMask::new(lanes, absent)) })
 }
 
-/// Calibrates a model on drives, within the bounds of the diagnosis; when its events happen stays as it is. It is scored over the samples
-/// over which the model `beside` it is.
+/// Calibrates a model on drives, within the bounds of the diagnosis; the times of its events stay fixed. The score counts the samples that
+/// `beside` scores, too.
 fn recalibrated(
     train: &[Drive],
     [model, beside]: [&Fitted; 2],
@@ -118,7 +118,7 @@ fn recalibrated(
     let calibration = Calibration { seed: settings.seed, stop, ..Calibration::default() };
     let replicates = calibrate(evaluator.as_mut(), &space, &calibration, progress)?;
     let winner = best(&replicates).ok_or(CalibrateError::Interrupted)?;
-    // The diagnosis has been near the minimum already: a short search may end above it.
+    // The diagnosis has been near the minimum already, and a short search may end above it.
     let mut both = Population::new(&space.symbols);
     both.push(&winner.candidate);
     let within = |(symbol, [lower, upper]): (&Symbol, &[f64; 2])| model.parameters.get(*symbol).clamp(*lower, *upper);
@@ -132,7 +132,7 @@ fn recalibrated(
     Ok(space.parameters(both.values(usize::from(better))))
 }
 
-/// NRMSE(s,v,a) of free simulations of drives, all together; none if one of them breaks off.
+/// NRMSE(s,v,a) of free simulations of drives, together; `None` if one of them ends early.
 #[must_use]
 pub fn nrmse_of(drives: &[Drive], runs: &[Free]) -> Option<f64> {
     let complete = !runs.is_empty() && runs.iter().all(|run| run.complete);
@@ -182,7 +182,7 @@ pub fn gain(
         sentence: String::new(),
     };
     if base.is_some() && extended.is_some() {
-        // Both runs are complete and begin together, so their blocks hold the same samples.
+        // Both runs are complete and start together, so their blocks hold the same samples.
         debug_assert!(runs[0].iter().zip(&runs[1]).all(|(base, extended)| base.first == extended.first));
         let [base, extended] = [0, 1].map(|k| squares(holdout, &runs[k]));
         found.signals = Some([nrmse(&all(&base)), nrmse(&all(&extended))]);
@@ -194,7 +194,7 @@ pub fn gain(
 }
 
 impl Gain {
-    /// Runs of base and extended that crash or break off, and of how many: on the hold-out, and on the training drives.
+    /// Number of runs of base and extended that crash or end early, and number of drives: on the hold-out, then on the training drives.
     #[must_use]
     pub fn crashes(&self) -> [[usize; 3]; 2] {
         let [base, extended, drives] = self.broken_off_held_back;
@@ -204,11 +204,11 @@ impl Gain {
     fn words(&self) -> String {
         let (Some(base), Some(extended), Some([low, high])) = (self.base, self.extended, self.interval) else {
             let which = match (self.base, self.extended) {
-                (None, None) => "neither model gets",
-                (None, _) => "the base model does not get",
-                _ => "the extended model does not get",
+                (None, None) => "neither model reaches",
+                (None, _) => "the base model does not reach",
+                _ => "the extended model does not reach",
             };
-            return format!("{which} to the end of what was held back, so their errors cannot be compared");
+            return format!("{which} the end of the held-back data, so their errors cannot be compared");
         };
         let what = match (low > 0.0, high < 0.0) {
             (true, _) => "a gain",
@@ -217,7 +217,7 @@ impl Gain {
         };
         format!(
             "NRMSE(s,v,a) {base:.4} with the base model, {extended:.4} with the extended one, on data that neither was calibrated on \
-             (but which had a say in whether the cause carries over); difference {:+.4} [{low:+.4}, {high:+.4}]: {what}",
+             (but that helped to decide whether the cause carries over); difference {:+.4} [{low:+.4}, {high:+.4}]: {what}",
             base - extended
         )
     }

@@ -1,4 +1,4 @@
-//! Calibrations with clocks that count from 1970, with events of one recording, and of models that begin at different samples.
+//! Calibrations with clocks that count from 1970, with events of one recording, and of models that start at different samples.
 
 use super::*;
 use crate::calibrate::Overrides;
@@ -59,7 +59,7 @@ fn a_clock_that_counts_from_1970_is_calibrated_in_f64() {
     assert_eq!(begins(&found), begins(&model.parameters));
 }
 
-/// The clock of the drive without the event stays as it is, as the phase of what is periodic says.
+/// The clock of the drive without the event does not change, because the phase of a periodic cause refers to it.
 #[test]
 fn an_event_of_one_recording_does_nothing_in_another() {
     let drives = ["a.csv", "b.csv"].map(|name| made_up::drive(name, 10.0));
@@ -86,7 +86,7 @@ fn an_event_of_one_recording_does_nothing_in_another() {
     assert_ne!(alone(&drives[1], 0.4), alone(&drives[1], 0.0));
 }
 
-/// A model with a delay needs some of the past. If it began later than its base, it would have a block less of this hold-out.
+/// A model with a delay needs some past. If it started later than its base, it would have one block less of this hold-out.
 #[test]
 fn base_and_extended_model_resample_the_same_blocks() {
     const BLOCKS: usize = 2;
@@ -95,7 +95,7 @@ fn base_and_extended_model_resample_the_same_blocks() {
     let holdout = [whole.part(0..BLOCKS * block + 5)];
     let (train, models) = ([whole], [fitted(&[], &[]), fitted(&["perception_delay"], &[("tp", 0.2)])]);
     let [base, extended] = &models;
-    // The delay is searched, for its bounds say how much of the past is needed.
+    // The delay is searched, because its bounds determine the length of the past.
     let fixed = |symbol: &Symbol| (symbol.name().to_owned(), [base.parameters.get(*symbol); 2]);
     let bounds: Overrides = base.variant.parameters().iter().map(fixed).collect();
     let first = |drive: &Drive, variant: Variant| {
@@ -103,7 +103,7 @@ fn base_and_extended_model_resample_the_same_blocks() {
         case.first_sample(case.longest_delay())
     };
     let blocks = |variant| (holdout[0].samples() - first(&holdout[0], variant)).div_ceil(block);
-    assert_eq!([base, extended].map(|model| blocks(model.variant)), [BLOCKS + 1, BLOCKS], "each by itself");
+    assert_eq!([base, extended].map(|model| blocks(model.variant)), [BLOCKS + 1, BLOCKS], "each alone");
     let question = made_up::question(&train, &holdout, &bounds);
     let settings = GainSettings { seed: 1, max_evaluations: 100 };
     let found = gain(&question, [base, extended], &[], &settings, &mut |_| ControlFlow::Continue(()));

@@ -1,8 +1,9 @@
-//! What a model leaves although all causes were tried: flexible terms and single instants. They say where, not why.
+//! Structure that a model leaves although the search tried all causes: flexible terms and single instants. They show where the model errs,
+//! not why.
 //!
-//! A flexible term is a row of tents over a place on the road, a speed, a gap...; each adds a little acceleration, one simulation
-//! tells what that does to the innovations, and a ridge regression on one part of the data says how high the tents should be. It
-//! counts what they gain on the other part.
+//! A flexible term is a row of tent functions over a place on the road, a speed, a gap...; each adds a little acceleration. One simulation
+//! gives its effect on the innovations, and a ridge regression on one part of the data gives the heights of the tents. The gain on the
+//! other part is the evidence.
 
 mod terms;
 
@@ -21,10 +22,10 @@ use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 use terms::{Term, terms};
 
-/// What is left.
+/// Structure that a model leaves.
 #[derive(Debug, Clone, Default)]
 pub struct Leftovers {
-    /// Terms and bursts that pass.
+    /// Terms and bursts that pass the test.
     pub list: Vec<LeftOver>,
 }
 
@@ -44,15 +45,15 @@ impl Leftovers {
 }
 
 const BURSTS: &str = "bursts";
-/// Acceleration of a tent while its effect is measured \[m/s²\].
+/// Acceleration of a tent when its effect is measured \[m/s²\].
 const TRIAL: f64 = 0.02;
-/// Step of the base's coordinates.
+/// Finite-difference step in the base's coordinates.
 const STEP: f64 = 1e-4;
-/// Expected size of the base's corrections in coordinates, and of tents \[m/s²\]; the better of the two counts.
+/// Prior standard deviation of the base's corrections in coordinates, and of tents \[m/s²\]; of the two values for tents, the better counts.
 const PRIOR_BASE: f64 = 0.1;
 const PRIOR_TENTS: [f64; 2] = [0.3, 0.05];
 
-/// What a model leaves.
+/// Tests what a model leaves.
 ///
 /// # Errors
 /// As [`Predictor::residuals`].
@@ -90,7 +91,7 @@ pub fn leftovers(
     Ok(left)
 }
 
-/// Spacing, speed, speed difference, acceleration of the model and position of every sample that counts.
+/// Spacing, speed, speed difference, model acceleration and position of every sample that counts.
 fn states(setting: &Context<'_>, drive: usize, run: &crate::evaluator::Innovations) -> Vec<[f64; 5]> {
     let data = &setting.question.train[drive].trajectory;
     let counts = (0..run.state.len()).filter(|&t| setting.whole[drive][t]);
@@ -176,7 +177,7 @@ fn columns(
     Ok(all)
 }
 
-/// One half of the drives against the other.
+/// Splits the drives into two halves.
 fn by_drive(setting: &Context<'_>) -> [Vec<Mask>; 2] {
     [0, 1].map(|part| {
         let keep = |(k, mask): (usize, &Mask)| if k % 2 == part { mask.clone() } else { vec![false; mask.len()] };
@@ -222,7 +223,7 @@ fn products(z: &[Vec<[f64; 2]>], base: &Columns, tents: &Columns, masks: &[Mask]
     (DMatrix::from_fn(width, width, at), DVector::from_fn(width, |j, _| at(width, j)))
 }
 
-/// Ridge regression on each part, judged on the other one.
+/// Ridge regression on each part, scored on the other one.
 fn regress(
     z: &[Vec<[f64; 2]>],
     base: &Columns,
@@ -253,7 +254,7 @@ fn regress(
             let without = score(judged, &solve(fitted, count, sd)?);
             let plain = score(judged, &DVector::zeros(0));
             let total = |blocks: &[f64]| blocks.iter().sum::<f64>();
-            // A bad fit of the base must not make every term win.
+            // A bad fit of the base must not favour every term.
             let other = if total(&without) > total(&plain) { without } else { plain };
             let gains: Vec<f64> = with.iter().zip(&other).map(|(a, b)| a - b).collect();
             *sum = total(&gains);
@@ -304,9 +305,9 @@ fn blocks(
     all
 }
 
-/// Instants at which the innovations are larger than any usual one.
+/// Instants with unusually large innovations.
 fn bursts(setting: &Context<'_>, z: &[Vec<[f64; 2]>], inflation: f64) -> Option<LeftOver> {
-    /// Median of a chi-squared number of two degrees of freedom.
+    /// Median of chi-squared with two degrees of freedom.
     const MEDIAN: f64 = 1.386_294_361;
     let mut sizes: Vec<(usize, usize, f64)> = Vec::new();
     for (drive, z) in z.iter().enumerate() {

@@ -1,25 +1,25 @@
-//! The flexible terms: what the tents stand over, and where.
+//! The flexible terms: the quantities of their tents, and the positions.
 
 use crate::diagnose::drive::road::lap;
 use crate::diagnose::search::fitted_model::Context;
 
 /// Width of the tents on the road \[m\].
 const ROAD_M: f64 = 60.0;
-/// Most tents in a row.
+/// Largest number of tents in a row.
 const MOST: usize = 160;
 
-/// A term: an extension with its tents, and where each of them stands, in words.
+/// A term: an extension with its tents, and the position of each in words.
 #[derive(Debug)]
 pub struct Term {
-    /// As in a left-over.
+    /// As `kind` of a `LeftOver`.
     pub kind: &'static str,
-    /// What the tents stand over, in words.
+    /// The quantity of the tents, in words.
     pub over: &'static str,
-    /// The tool that adds it.
+    /// The extension that adds it.
     pub extension: &'static str,
-    /// Values of its parameters but the acceleration, which is the first.
+    /// Values of its parameters except the acceleration, which is the first.
     pub tents: Vec<Vec<f64>>,
-    /// Where a tent stands, in words.
+    /// Position of a tent, in words.
     pub place: fn(&[f64]) -> String,
 }
 
@@ -30,7 +30,7 @@ fn quantiles(values: impl Iterator<Item = f64>, low: f64, high: f64) -> [f64; 2]
     [at(low), at(high)]
 }
 
-/// Centres and half width of so many tents over a range.
+/// Centres and half width of `count` tents over a range.
 fn row([low, high]: [f64; 2], count: usize) -> (Vec<f64>, f64) {
     let width = ((high - low) / (count - 1) as f64).max(0.01);
     ((0..count).map(|i| low + i as f64 * width).collect(), width)
@@ -91,7 +91,7 @@ pub fn terms(setting: &Context<'_>, states: &[[f64; 5]]) -> Vec<Term> {
     terms
 }
 
-/// Tents along the road; over one lap where the grade says how long a lap is.
+/// Tents along the road, over one lap if the grade gives the length of a lap.
 fn road(setting: &Context<'_>, states: &[[f64; 5]]) -> Option<Term> {
     let [low, high] = quantiles(states.iter().map(|state| state[4]), 0.0, 1.0);
     let lap = lap(setting.question.train).filter(|lap| *lap < high - low).unwrap_or(0.0);
@@ -106,7 +106,7 @@ fn road(setting: &Context<'_>, states: &[[f64; 5]]) -> Option<Term> {
         over: "the place on the road",
         extension: "probe_road",
         tents: (0..count).map(|i| vec![low + i as f64 * width, width, lap]).collect(),
-        // As in the error budget: from the begin of the lap.
+        // Counted from the start of the lap, as in the error breakdown.
         place: |tent| format!("{:.0} m", if tent[2] > 0.0 { tent[0].rem_euclid(tent[2]) } else { tent[0] }),
     })
 }

@@ -1,5 +1,5 @@
-//! What a fit asks of the drives: costs and derivatives at many places at once. Drives run side by side and are added up in their order,
-//! so that results do not depend on who was quicker.
+//! Costs and derivatives of a fit on all drives, at many points at once. Drives run in parallel and are summed in their order, so that
+//! results do not depend on timing.
 
 use super::frame::Place;
 use super::{Point, Predictor};
@@ -8,10 +8,10 @@ use crate::diagnose::likelihood::observer::{KalmanGain, design};
 use crate::diagnose::likelihood::robust::Mask;
 use rayon::prelude::*;
 
-/// Runs whose innovations are held at once.
+/// Number of runs whose innovations are in memory at once.
 pub const BATCH: usize = 120;
 
-/// The same on every drive, side by side.
+/// The same computation on every drive, in parallel.
 pub fn on_all<'a, P: Predictor, R: Send>(
     predictor: &P,
     masks: &'a [Mask],
@@ -21,7 +21,7 @@ pub fn on_all<'a, P: Predictor, R: Send>(
     drives.par_iter().zip(masks).enumerate().map(|(drive, ((_, dt), mask))| of(drive, *dt, mask)).collect()
 }
 
-/// Costs of points; infinite where a run fails.
+/// Costs of points; infinite if a run fails.
 pub fn costs<P: Predictor>(predictor: &P, masks: &[Mask], places: &[Place<'_>]) -> Result<Vec<f64>, P::Error> {
     let mut sums = vec![0.0; places.len()];
     for (batch, sums) in places.chunks(BATCH).zip(sums.chunks_mut(BATCH)) {
@@ -49,7 +49,7 @@ pub fn costs<P: Predictor>(predictor: &P, masks: &[Mask], places: &[Place<'_>]) 
     Ok(sums)
 }
 
-/// The candidates that run differently on a drive, and for each candidate the one of these that runs like it.
+/// The candidates that run differently on a drive, and for each candidate the index of the one that runs like it.
 fn distinct<P: Predictor>(
     predictor: &P,
     drive: usize,
@@ -75,7 +75,7 @@ fn distinct<P: Predictor>(
     (distinct, run)
 }
 
-/// Derivatives at several places.
+/// Derivatives at several points.
 pub fn derivatives<P: Predictor>(
     predictor: &P,
     masks: &[Mask],
@@ -87,7 +87,7 @@ pub fn derivatives<P: Predictor>(
         let mut mine: Vec<NormalEquations> = at.iter().map(|_| NormalEquations::zero(m)).collect();
         let of = |drive: usize, dt: f64, mask| {
             let mut points: Vec<Point> = Vec::new();
-            // Where each place is in them, and what is moved there.
+            // The position of each point in the batch, and the coordinates moved there.
             let mut moves: Vec<(usize, Vec<usize>)> = Vec::new();
             for place in at {
                 let model = place.frame.axes.len();

@@ -1,4 +1,4 @@
-//! The coordinates that a fit moves in: parameters of the model from 0 to 1, then logarithms of the noise.
+//! The coordinates of a fit: parameters of the model scaled to 0..1, then logarithms of the noise.
 
 use super::Point;
 use crate::diagnose::likelihood::observer::Noise;
@@ -8,17 +8,17 @@ use nalgebra::{DMatrix, DVector};
 /// Bounds of the noise: missing acceleration as growth of a speed error \[(m/s)/s^0.5\], its time constant \[s\], noise of spacing
 /// \[m\], speed and leader \[m/s\]. In these coordinates the bounds are a box.
 const NOISE_BOUNDS: [[f64; 2]; Noise::COUNT] = [[SCHEME, 5.0], [0.15, 120.0], [1e-5, 2.0], [1e-5, 2.0], [1e-6, 0.3]];
-/// The least a model leaves random \[(m/s)/s^0.5\], as growth of a speed error: no scheme of steps of a tenth of a second is closer
-/// to a car than this. With less, a nearly complete model becomes a free simulation, to which the scheme's own error is a cause.
+/// Smallest missing acceleration \[(m/s)/s^0.5\], as growth of a speed error: no scheme with steps of a tenth of a second is closer to a
+/// car. With less, a nearly complete model becomes a free simulation, and a cause can explain the error of the scheme.
 const SCHEME: f64 = 0.01;
 /// Step of a finite difference in the logarithm of a noise level.
 const LOG_STEP: f64 = 1e-4;
-/// What is known of the coordinates beforehand.
+/// A prior on the coordinates.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Prior {
     /// Coordinates 0..1 of the parameters, then logarithms of the noise.
     pub centre: Vec<f64>,
-    /// How well they are known, as information.
+    /// Information matrix of the prior.
     pub information: DMatrix<f64>,
 }
 
@@ -27,7 +27,7 @@ pub struct Prior {
 pub(super) struct Frame<'a> {
     pub axes: &'a [Axis],
     pub prior: Option<&'a Prior>,
-    /// The least noise of spacing and speed \[m, m/s\]; 0: that of [`NOISE_BOUNDS`].
+    /// Smallest noise of spacing and speed \[m, m/s\]; 0: that of [`NOISE_BOUNDS`].
     pub least: [f64; 2],
 }
 
@@ -62,7 +62,7 @@ impl<'a> Frame<'a> {
         )
     }
 
-    /// What the prior adds to a cost.
+    /// The cost of the prior.
     pub fn penalty(&self, x: &[f64]) -> f64 {
         self.prior.map_or(0.0, |prior| {
             let off = self.off(prior, x);
@@ -86,7 +86,7 @@ impl<'a> Frame<'a> {
         }
     }
 
-    /// True for a coordinate that nobody asks a derivative of.
+    /// True for a coordinate without a derivative.
     pub fn is_held(&self, j: usize) -> bool {
         self.axes.get(j).is_some_and(Axis::is_held)
     }
@@ -106,7 +106,7 @@ pub(super) struct Place<'a> {
 }
 
 impl Place<'_> {
-    /// Logarithms of the noise: the observer.
+    /// Logarithms of the noise, which define the observer.
     pub fn noise(&self) -> &[f64] {
         &self.x[self.frame.axes.len()..]
     }
@@ -115,7 +115,7 @@ impl Place<'_> {
         self.frame.point(&self.x)
     }
 
-    /// A finite difference further in one coordinate.
+    /// The point one finite difference further in a coordinate.
     pub fn moved(&self, j: usize) -> Self {
         let mut moved = self.clone();
         moved.x[j] += self.frame.step(j, self.x[j]);
@@ -123,7 +123,7 @@ impl Place<'_> {
     }
 }
 
-/// Covariance in coordinates; those that the data say nothing of, or that are fixed, have an infinite variance.
+/// Covariance in coordinates; the variance is infinite for coordinates that are fixed or that the data do not determine.
 pub(super) fn inverse(frame: &Frame<'_>, information: &DMatrix<f64>) -> Option<DMatrix<f64>> {
     let m = frame.coordinates();
     let free: Vec<usize> =

@@ -1,8 +1,8 @@
 //! Maximum likelihood of a model and its noise together, from many starts at once.
 //!
-//! Every turn simulates the finite differences of all starts in one batch, and then a few steps of each, damped more or less
-//! (Levenberg and Marquardt with Fisher's information); the worse starts are given up after some turns. Noise and parameters
-//! move together: taken in turn they stop far from the optimum.
+//! Every iteration simulates the finite differences of all starts in one batch, then steps of each with several dampings
+//! (Levenberg-Marquardt with Fisher's information). It drops the worse starts after some iterations. Noise and parameters move together,
+//! because alternating searches stop far from the optimum.
 
 mod drives;
 mod frame;
@@ -24,19 +24,19 @@ use rayon::prelude::*;
 /// Residuals of spacing \[m\] and speed \[m/s\] of a whole run, sample by sample; `None` if it failed.
 pub type Run = Option<Vec<[f64; 2]>>;
 
-/// Anything whose innovations can be had for parameters and an observer.
+/// A model that gives innovations for parameters and an observer.
 pub trait Predictor: Sync {
-    /// What can go wrong.
+    /// Error of a simulation.
     type Error: Send;
     /// Samples and time step \[s\] of every drive.
     fn drives(&self) -> Vec<(usize, f64)>;
-    /// False for a parameter of the model that does nothing on a drive: candidates that differ in it alone run alike there.
+    /// False if a parameter of the model does nothing on a drive: candidates that differ in it alone then run alike.
     fn acts(&self, _drive: usize, _parameter: usize) -> bool {
         true
     }
 
-    /// Simulated minus measured spacing and speed before each correction, one candidate after the other; `each` is given one stretch
-    /// of samples after the other, up to the last one or until all have failed. Returns where runs ended early.
+    /// Simulated minus measured spacing and speed before each correction, candidate by candidate. `each` receives stretches of samples in
+    /// order, up to the last one or until all candidates have failed. Returns where runs ended early.
     ///
     /// # Errors
     /// When nothing can be simulated; a candidate that fails is no error.
@@ -48,7 +48,7 @@ pub trait Predictor: Sync {
         each: &mut dyn FnMut(&Residuals),
     ) -> Result<Vec<Option<Failure>>, Self::Error>;
 
-    /// The same of whole runs.
+    /// The same for whole runs.
     ///
     /// # Errors
     /// As [`Predictor::residuals`].
@@ -66,56 +66,56 @@ pub trait Predictor: Sync {
 pub struct Point {
     /// Parameters of the model.
     pub values: Vec<f64>,
-    /// What is random.
+    /// The noise model.
     pub noise: Noise,
 }
 
 /// A point with its likelihood.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// Where.
+    /// The point.
     pub point: Point,
-    /// Gaussian log-likelihood over the samples fitted on, without the constant.
+    /// Gaussian log-likelihood over the fitted samples, without the constant.
     pub log_likelihood: f64,
-    /// Standard errors of the parameters from Fisher's information; infinite where the data say nothing, 0 where fixed.
+    /// Standard errors of the parameters from Fisher's information; infinite if the data do not determine one, 0 if it is fixed.
     pub errors: Vec<f64>,
-    /// True if the last turns gained nothing.
+    /// True if the last iterations gained nothing.
     pub converged: bool,
     /// Coordinates 0..1 of the parameters, then logarithms of the noise.
     pub coordinates: Vec<f64>,
-    /// Fisher's information and the gradient of the cost in these coordinates, of the last turn; empty without a turn.
+    /// Fisher's information and the gradient of the cost in these coordinates, at the last iteration; empty without one.
     pub information: DMatrix<f64>,
     /// See `information`.
     pub gradient: DVector<f64>,
 }
 
-/// How long to search.
+/// The length of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
-    /// Starts that are searched from at all: the likeliest ones under each observer, for likelihoods under different ones do not compare.
+    /// Number of starts for each observer, the likeliest ones: likelihoods under different observers do not compare.
     pub select: usize,
-    /// Turns of all starts.
+    /// Iterations of all starts.
     pub rough: usize,
-    /// Starts that go on after them, if they are near the best; further ones only while they catch up, so many for each observer.
+    /// Starts that continue after them if they are close to the best, for each observer; further ones continue only while they catch up.
     pub keep: usize,
-    /// Turns of these at most.
+    /// Largest number of further iterations.
     pub fine: usize,
-    /// Gain of a turn at which a start stands \[nats\].
+    /// Gain of an iteration below which a start has converged \[nats\].
     pub tolerance: f64,
-    /// The least noise of spacing and speed \[m, m/s\] to search with; more than the sensors have makes a rugged likelihood
-    /// smooth. 0: as the data say.
+    /// Smallest noise of spacing and speed in the search \[m, m/s\]; more than that of the sensors smooths a rugged likelihood. 0: as
+    /// fitted.
     pub least: [f64; 2],
 }
 
 /// Longest step in the logarithm of a noise level, and in a coordinate of the model.
 const LONGEST: [f64; 2] = [1.5, 0.4];
-/// Weak pull towards the present noise, as information: keeps levels that the data do not show where they are.
+/// Weak prior towards the present noise, as information: fixes levels that the data do not determine.
 const PULL: f64 = 0.05;
-/// Damping tried in a turn, as factors of the present one; as many as lanes of the evaluator are free anyway.
+/// Factors of the damping tried in each iteration; they fill lanes of the evaluator that would be idle.
 const DAMPINGS: [f64; 5] = [0.01, 0.1, 1.0, 10.0, 100.0];
 /// Damping beyond which a start is stuck.
 const STUCK: f64 = 1e7;
-/// A start goes on while it is behind by at most so many of its last gains, or, if among the best, by so many nats.
+/// A start continues while it trails the best by at most this many of its last gains, or, among the best, by at most [`NEAR`] \[nats\].
 const LATE: f64 = 12.0;
 /// See [`LATE`].
 const NEAR: f64 = 200.0;
@@ -124,14 +124,14 @@ struct Start<'a> {
     place: Place<'a>,
     cost: f64,
     damping: f64,
-    /// Gain of the last turn \[nats\].
+    /// Gain of the last iteration \[nats\].
     gain: f64,
-    /// Turns in a row that gained less than the tolerance.
+    /// Number of successive iterations that gained less than the tolerance.
     idle: usize,
     gram: Option<NormalEquations>,
 }
 
-/// Fits from all starts; the best comes first. Starts whose first run fails are left out unless all do.
+/// Fits from all starts; the best comes first. Starts whose first run fails are left out unless all fail.
 ///
 /// # Errors
 /// As [`Predictor::residuals`].
@@ -145,7 +145,7 @@ pub fn fit<P: Predictor>(
     fit_with(predictor, axes, masks, starts, plan, None)
 }
 
-/// The same with what is known beforehand; likelihoods are then those of both together.
+/// The same with a prior; likelihoods then include it.
 ///
 /// # Errors
 /// As [`Predictor::residuals`].
@@ -161,7 +161,7 @@ pub fn fit_with<P: Predictor>(
     search(predictor, masks, starts.iter().map(|point| frame.place(point)).collect(), plan)
 }
 
-/// The same where each start has axes of its own.
+/// The same with separate axes for each start.
 ///
 /// # Errors
 /// As [`Predictor::residuals`].
@@ -196,7 +196,7 @@ fn search<P: Predictor>(
     Ok(starts.into_iter().map(finished).collect())
 }
 
-/// Gives up the starts that are behind by more than their last gain promises to make good.
+/// Drops the starts that trail by more than their last gain promises to recover.
 fn race(starts: &mut Vec<Start<'_>>, keep: usize, observers: usize) {
     starts.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let ahead = starts.first().map_or(0.0, |best| best.cost);
@@ -209,7 +209,7 @@ fn race(starts: &mut Vec<Start<'_>>, keep: usize, observers: usize) {
     starts.truncate(keep.max(1) * observers);
 }
 
-/// The likeliest starts under each observer whose first run does not fail; and how many observers these are.
+/// The likeliest starts under each observer whose first run does not fail, and the number of these observers.
 fn selected<'a>(starts: Vec<Start<'a>>, most: usize) -> (Vec<Start<'a>>, usize) {
     let mut by_observer: Vec<Vec<Start<'a>>> = Vec::new();
     for start in starts.into_iter().filter(|start| start.cost.is_finite()) {
@@ -227,7 +227,7 @@ fn selected<'a>(starts: Vec<Start<'a>>, most: usize) -> (Vec<Start<'a>>, usize) 
     (by_observer.into_iter().flat_map(best).collect(), observers)
 }
 
-/// The log-likelihood of points as they are.
+/// The log-likelihood of points, without a fit.
 ///
 /// # Errors
 /// As [`Predictor::residuals`].
@@ -267,10 +267,10 @@ fn finished(start: Start<'_>) -> Fit {
     }
 }
 
-/// Turns without gain after which a start stands; one is enough where its derivatives did not promise any.
+/// Iterations without gain after which a start has converged; one is enough if its derivatives promised no gain.
 const IDLE: usize = 2;
 
-/// One turn of all starts that still move; false if none does.
+/// One iteration of all starts that still move; false if none does.
 fn advance<P: Predictor>(
     predictor: &P,
     masks: &[Mask],
@@ -314,7 +314,7 @@ fn advance<P: Predictor>(
     Ok(true)
 }
 
-/// A damped step, kept within the bounds: what would leave them stays on them, and the others step again without it.
+/// A damped step within the bounds: coordinates that would leave them stay on them, and the step of the others is computed again.
 fn step<'a>(place: &Place<'a>, gram: &NormalEquations, damping: f64) -> Place<'a> {
     let Place { frame, x } = place;
     let m = frame.coordinates();

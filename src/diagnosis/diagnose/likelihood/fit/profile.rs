@@ -1,5 +1,5 @@
-//! What a change of a model would gain, everything else moving with it: one step of Fisher scoring along each of many changes at
-//! once, for the runs that move everything else are the same for all of them.
+//! The gain of a change of a model when all other parameters move with it: one step of Fisher scoring along each of many changes at once,
+//! because they share the runs that move the other parameters.
 
 use super::drives::{BATCH, on_all};
 use super::frame::Frame;
@@ -10,21 +10,21 @@ use crate::diagnose::likelihood::robust::Mask;
 use crate::diagnose::likelihood::space::Axis;
 use nalgebra::{DMatrix, DVector};
 
-/// Where a step along a change leads.
+/// Result of a step along a change.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Profiled {
-    /// Gain that the step promises over moving everything else alone \[nats\].
+    /// Predicted gain over moving the other parameters alone \[nats\].
     pub gain: f64,
-    /// How much of the change.
+    /// Multiple of the change.
     pub share: f64,
-    /// The parameters there, without the change itself.
+    /// The parameters there, without the change.
     pub values: Vec<f64>,
 }
 
-/// Most of a change that a step takes, either way.
+/// Largest multiple of a change, in either direction.
 const MOST: f64 = 4.0;
 
-/// A step from a point along each of some changes of its values, of which `changed` holds the changed values.
+/// A step from a point along each of several changes of its values; `changed` holds the changed values.
 ///
 /// # Errors
 /// As [`Predictor::residuals`].
@@ -44,7 +44,7 @@ pub fn profiled<P: Predictor>(
     Ok(found)
 }
 
-/// Derivatives in the coordinates of the model, along the changes, and in those of the noise.
+/// Derivatives in the coordinates of the model, along the changes, and in the coordinates of the noise.
 fn derivatives<P: Predictor>(
     predictor: &P,
     frame: &Frame<'_>,
@@ -80,10 +80,10 @@ fn derivatives<P: Predictor>(
     Ok(gram)
 }
 
-/// The steps that follow; none promises anything where the rest cannot be solved for.
+/// The resulting steps; none promises a gain if the system for the rest has no solution.
 fn steps(frame: &Frame<'_>, x: &[f64], gram: &NormalEquations, count: usize) -> Vec<Profiled> {
     let model = frame.axes.len();
-    // The rest: free parameters, and the noise, which lies behind the changes.
+    // The rest: free parameters, and the noise, which follows the changes.
     let rest: Vec<usize> = (0..model).filter(|&j| !frame.axes[j].is_fixed()).collect();
     let free = rest.len();
     let rest: Vec<usize> = rest.into_iter().chain(model + count..model + count + Noise::COUNT).collect();

@@ -114,9 +114,9 @@ fn parameters_and_noise_are_found_together() {
         assert!((found - truth).abs() < 0.25, "noise {k}: {} instead of {}", found.exp(), truth.exp());
     }
     assert!(best.converged && toy.runs.load(Ordering::Relaxed) < 3000, "{} runs", toy.runs.load(Ordering::Relaxed));
-    // The truth is not likelier than the estimate, and the estimate not much likelier than the truth: 22 nats in 16,000 numbers,
-    // for the observer's gains leave the law's own feedback out, so that its likeliest noise is not quite the true one.
-    // The toy knows its leader exactly.
+    // The truth is not likelier than the estimate, and the estimate not much likelier than the truth: 22 nats in 16,000 numbers, because
+    // the observer's gains ignore the feedback of the law, so the likeliest noise differs slightly from the true one. The toy knows its
+    // leader exactly.
     let truth = Point { values: TRUTH.to_vec(), noise: Noise { r_l: 1e-6, ..LEVELS } };
     let at_truth = log_likelihoods(&toy, &axes(), &masks, &[truth]).unwrap_or_default()[0];
     assert!((0.0..30.0).contains(&(best.log_likelihood - at_truth)), "{} {at_truth}", best.log_likelihood);
@@ -127,7 +127,7 @@ fn starts_with_axes_of_their_own_move_as_if_they_were_alone() {
     let toy = Toy::driven(&LEVELS, 2000);
     let masks = whole(&[2000], &[DT]);
     let start = Point { values: vec![0.5, 2.0, 0.3, 5.0], noise: LEVELS };
-    // One or another parameter is held, once at a value from which no run comes to its end.
+    // Each start holds one parameter, once at a value at which no run is complete.
     let held = |(k, value): (usize, f64)| {
         let (mut axes, mut start) = (axes(), start.clone());
         axes[k] = Axis::held(value);
@@ -154,7 +154,7 @@ fn what_promises_nothing_stands_at_once() {
     let found = fit(&toy, &axes(), &masks, &[start], PLAN).unwrap_or_default().remove(0);
     let before = toy.runs.load(Ordering::Relaxed);
     let again = fit(&toy, &axes(), &masks, &[found.point], PLAN).unwrap_or_default().remove(0);
-    // Its first run, one of each finite difference, and as many as there are dampings.
+    // Its first run, one for each finite difference, and one for each damping.
     assert_eq!(toy.runs.load(Ordering::Relaxed) - before, 1 + (1 + 4 + Noise::COUNT) + DAMPINGS.len());
     assert!(again.converged && (0.0..PLAN.tolerance).contains(&(again.log_likelihood - found.log_likelihood)));
 }
@@ -168,13 +168,13 @@ fn without_gusts_their_level_goes_to_nothing() {
     assert!((best.point.values[1] - TRUTH[1]).abs() < 0.01, "{:?}", best.point);
 }
 
-/// Along a change of one parameter the others move with it: one step comes near the truth, and the parameters alone, with the noise
-/// as it was, keep a good part of what it promises; a change that does nothing is not made.
+/// Along a change of one parameter the others move with it. One step comes near the truth; the parameters alone, with the old noise, keep a
+/// good part of the predicted gain. A change of 0 gains nothing.
 #[test]
 fn a_step_along_a_change_takes_everything_else_with_it() {
     let toy = Toy::driven(&LEVELS, 6000);
     let mut axes = axes();
-    // The gain for the speed difference is held too small, which the one for the gap makes up for.
+    // The gain for the speed difference is held at a value that is too small; the gain for the gap compensates.
     axes[2] = Axis::linear(0.6, 0.6);
     let start = Point { values: vec![0.2, 1.4, 0.6, 3.0], noise: LEVELS };
     let masks = whole(&[6000], &[DT]);

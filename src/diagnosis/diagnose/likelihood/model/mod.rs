@@ -1,4 +1,4 @@
-//! A variant over drives, as the fits see it.
+//! A variant over drives, as the fits use it.
 
 use super::fit::Predictor;
 use super::observer::{KalmanGain, Noise, design};
@@ -16,8 +16,7 @@ use crate::symbols::{Bounds, Parameters, Scale, SearchKind, Symbol};
 use crate::vehicle::Vehicle;
 use std::sync::atomic::{AtomicU64, Ordering};
 
-/// Bounds of the base models in a diagnosis: wide, because a parameter that ends on a bound lets the wrong cause speak for it.
-/// `true`: searched in equal ratios.
+/// Bounds of the base models in a diagnosis: wide, because a parameter on a bound can suggest a wrong cause. `true`: logarithmic scale.
 const WIDE: &[(Symbol, f64, f64, bool)] = &[
     (Symbol::delta, 0.5, 20.0, true),
     (Symbol::k_s, 0.002, 5.0, true),
@@ -34,29 +33,30 @@ const WIDE: &[(Symbol, f64, f64, bool)] = &[
     (Symbol::tau_a, 0.0, 2.5, false),
 ];
 
-/// Steps of finite differences of parameters on which innovations depend in jumps or with many kinks: of the size of steps as a share of the
-/// range in its file, of the times of stretches and of events \[s\].
+/// Finite-difference steps of parameters on which innovations depend in jumps or with many kinks: for the size of `steps` as a share of
+/// the range in the file, for times of stretches \[s\], for times of events \[s\].
 const JUMPS: [f64; 3] = [1.0 / 120.0, 0.1, 0.5];
 
-/// No car is seen before it is there; what looks so is told by a little of it \[s\].
+/// Lower bound of an offset of time \[s\]: no car sees another in advance, and a small negative value is enough to show an apparent
+/// foresight.
 const FORESIGHT: f64 = -0.1;
 
-/// The family of causes that come late: all of them shift the phase.
+/// The family of causes that act late: all of them shift the phase.
 pub const PHASE: &str = "phase";
 /// Name of the nuisance lead.
 pub const LEAD: &str = "lead";
 
-/// Where an event happens: in every drive at that time of its file, or in the recording of one drive only.
+/// An event that happens in the recording of one drive only, instead of in every drive at that time of its file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Event {
     /// The cause.
     pub extension: &'static Extension,
-    /// The one drive, by its position.
+    /// Index of the drive.
     pub drive: usize,
 }
 
-/// Every observed run begins here \[s\], where those with a delay of the library begin, which need as much of the past: who begins later has
-/// less to make up for of what a drive begins with.
+/// Every observed run begins here \[s\], where runs with a delay of the library begin, because these need as much past: a later start
+/// leaves less of the initial transient to explain.
 const BEGIN_S: f64 = 3.0;
 
 fn begun(case: Case) -> Case {
@@ -78,13 +78,13 @@ pub struct Model {
     simulations: AtomicU64,
     drives: Vec<(usize, f64)>,
     recordings: Vec<String>,
-    /// Positions of the perception delay, of the base or of a cause, and of the nuisance lead.
+    /// Indices of the perception delay, of the base or of a cause, and of the nuisance lead.
     delay: Option<usize>,
     lead: Option<usize>,
 }
 
 impl Model {
-    /// Lays the drives out for a variant.
+    /// Prepares the drives for a variant.
     ///
     /// # Errors
     /// [`DiagnoseError::Case`], [`DiagnoseError::Evaluate`], [`DiagnoseError::Bounds`].
@@ -122,13 +122,13 @@ impl Model {
         })
     }
 
-    /// Candidates simulated until now, over one drive each.
+    /// Number of simulated candidates so far, over one drive each.
     #[must_use]
     pub fn simulations(&self) -> u64 {
         self.simulations.load(Ordering::Relaxed)
     }
 
-    /// A drive as the runs of this model see it.
+    /// The case of a drive under this model.
     ///
     /// # Errors
     /// As [`Case::new`].
@@ -138,13 +138,13 @@ impl Model {
         Ok(begun(drive.case_within(self.variant, base, extension)?))
     }
 
-    /// Position of a parameter.
+    /// Index of a parameter.
     #[must_use]
     pub fn position(&self, symbol: Symbol) -> Option<usize> {
         self.symbols.iter().position(|s| *s == symbol)
     }
 
-    /// Positions of the parameters of an extension.
+    /// Indices of the parameters of an extension.
     #[must_use]
     pub fn positions(&self, extension: &Extension) -> Vec<usize> {
         extension.parameters.iter().filter_map(|symbol| self.position(*symbol)).collect()
@@ -158,7 +158,7 @@ impl Model {
         parameters
     }
 
-    /// The values of another model's parameters where both have them, and those that do nothing elsewhere.
+    /// The values of another model where both have the parameter, and neutral values elsewhere.
     #[must_use]
     pub fn adopt(&self, other: &Model, values: &[f64]) -> Vec<f64> {
         let value = |(symbol, axis): (&Symbol, &Axis)| match other.position(*symbol) {
@@ -168,7 +168,7 @@ impl Model {
         self.symbols.iter().zip(&self.axes).map(value).collect()
     }
 
-    /// Everything an observed run tells, of one candidate on all drives.
+    /// The observed run of one candidate on all drives.
     ///
     /// # Errors
     /// [`DiagnoseError::Evaluate`].
@@ -219,7 +219,7 @@ impl Model {
         Ok(self.lanes.products(&Job { case: drive, population: &population }, pull, differences, bins)?)
     }
 
-    /// Who perceives late by tp and is to read ahead by the lead reads the past at tp - lead: there is no slope to rely on.
+    /// With a delay tp and a lead, the model reads the past at tp - lead, where no extrapolation by a slope is needed.
     fn read_ahead(&self, values: &mut [f64]) {
         if let [Some(delay), Some(lead)] = [self.delay, self.lead] {
             let known = values[delay].min(values[lead]);
@@ -228,7 +228,7 @@ impl Model {
         }
     }
 
-    /// Candidates as the evaluator takes them, on a drive on which events of other recordings do not happen.
+    /// Candidates as the evaluator takes them; on a drive, events of other recordings do nothing.
     fn population(
         &self,
         drive: usize,
@@ -281,8 +281,8 @@ impl Predictor for Model {
     }
 }
 
-/// Beside what comes late (a delay, an offset of time, a lag, a filter) the nuisance lead is held at half a step, by which an acceleration
-/// that holds for a step comes late: left free, it would take a part of that, as it says the same as a short delay.
+/// Holds the nuisance lead at half a step if the model has a delay, an offset of time, a lag or a filter: an acceleration that holds for a
+/// step comes late by that. A free lead would absorb a part of these, because it acts like a negative delay.
 fn hold_lead(variant: Variant, symbols: &[Symbol], axes: &mut [Axis], drives: &[Drive]) {
     let extensions = variant.extensions;
     let late = extensions.list().iter().any(|extension| extension.family() == PHASE);
@@ -298,13 +298,13 @@ fn hold_lead(variant: Variant, symbols: &[Symbol], axes: &mut [Axis], drives: &[
     }
 }
 
-/// True for the parameter of the nuisance lead.
+/// True for the nuisance lead.
 #[must_use]
 pub fn is_lead(symbol: Symbol) -> bool {
     matches!(symbol, Symbol::Extension(row) if row.extension == LEAD)
 }
 
-/// Own bounds change the ends of an axis, not how it is scaled.
+/// User bounds change the ends of an axis, and keep its scale.
 fn axis(
     symbol: Symbol,
     looks_back: bool,
@@ -317,7 +317,7 @@ fn axis(
     if lower >= upper {
         return Ok(Axis::linear(lower, upper));
     }
-    // Ratios need bounds of one sign.
+    // Logarithmic scales need bounds of one sign.
     let one_sign = lower > 0.0 || upper < 0.0;
     let mut axis = if has_ratios(symbol) && one_sign { Axis::log(lower, upper) } else { Axis::linear(lower, upper) };
     if let Some(step) = jump(symbol) {
@@ -342,7 +342,7 @@ fn bounds(
     };
     let [mut lower, mut upper] = fixed.ok_or(crate::calibrate::BoundsError::Vehicle(symbol.name()))?;
     if symbol.is_time() {
-        // Times of the files at hand; a length of time as long as the longest of them.
+        // Times lie within the files at hand; durations are at most as long as the longest of them.
         let first = drives.iter().map(|d| d.trajectory.t[0]).fold(f64::INFINITY, f64::min);
         let last = drives.iter().map(|d| d.trajectory.t[d.samples() - 1]).fold(f64::NEG_INFINITY, f64::max);
         (lower, upper) =

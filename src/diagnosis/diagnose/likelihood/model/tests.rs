@@ -52,7 +52,7 @@ fn own_bounds_change_the_ends_of_an_axis_only() {
     assert_eq!(steps(own("qz", [0.2, 0.2])), Axis::linear(0.2, 0.2));
     let largest = |bounds: [f64; 2]| axis_of(&model("idm", &[], &own("a_max", bounds)), "a_max");
     assert_eq!(largest([0.5, 4.0]), Axis::log(0.5, 4.0));
-    // Ratios need bounds of one sign.
+    // Logarithmic scales need bounds of one sign.
     assert_eq!(largest([0.0, 4.0]), Axis::linear(0.0, 4.0));
     assert_eq!(axis_of(&model("idm", &[], &own("v_0", [20.0, 30.0])), "v_0"), Axis::linear(20.0, 30.0));
 }
@@ -75,7 +75,7 @@ fn the_lead_is_held_beside_every_delay() {
     }
 }
 
-/// Who perceives late and reads ahead reads a past that is less old; what the lead exceeds the delay by is left to slopes.
+/// A model that perceives late and reads ahead reads a more recent past; extrapolation covers the part of the lead beyond the delay.
 #[test]
 fn a_delay_is_shortened_by_the_lead() {
     for (base, causes, delay) in
@@ -97,7 +97,7 @@ fn a_delay_is_shortened_by_the_lead() {
     }
 }
 
-/// Or a model that begins later would be likelier, because it has less to make up for of what a drive begins with.
+/// Otherwise a model that begins later would be likelier, because it has less of the initial transient to explain.
 #[test]
 fn all_models_begin_together() {
     let first = |base: &str, causes: &[&'static Extension]| {

@@ -1,4 +1,4 @@
-//! What happens from a time on: a base makes up for a part of it, so that everything else has to move along with every time that is tried.
+//! An effect that begins at a time. A base compensates for a part of it, so all other parameters must move with each time that is tried.
 
 use super::scan::highest;
 use super::{Scope, Search, Stop, Task, moved};
@@ -11,11 +11,11 @@ use crate::diagnose::search::fitted_model::FittedModel;
 use crate::diagnose::search::observers::softened;
 use crate::diagnose::search::textbook::with_textbook_values;
 
-/// Distance of the times that are tried \[s\].
+/// Distance of the times in a scan \[s\].
 const APART_S: f64 = 8.0;
-/// Change of the size with which a time is scanned, in its unit.
+/// Change of the size in a scan of times, in the unit of the size.
 const SCAN: f64 = 0.1;
-/// By how much the noise of ordinary sensors is exaggerated, so that a time that is off by seconds still shows a way.
+/// Factor on the noise of ordinary sensors, so that the likelihood has a slope even at a time that is off by seconds.
 const SMOOTHER: f64 = 10.0;
 
 /// See [`Search`].
@@ -35,7 +35,7 @@ impl Search for AtATime {
             else {
                 return Ok(Vec::new());
             };
-            // Shared times are those of the first drive.
+            // Times for all drives are those of the first one.
             let times = times(&drives[drive.unwrap_or(0)]);
             scopes.push(timed(task, model, (*size, *time), &times)?);
         }
@@ -47,8 +47,8 @@ impl Search for AtATime {
     }
 }
 
-/// Where an event may happen: in any one drive, or in all of them at the same time of their files. Times that run on through the files
-/// need no such choice: only one drive has the time.
+/// The possible scopes of an event: one drive, or the same time in all files. If the clock continues from file to file, only one drive has
+/// the time, and one scope is enough.
 #[must_use]
 pub fn acting(drives: &[Drive]) -> Vec<Option<usize>> {
     let mut one: Vec<Option<usize>> = (0..drives.len()).map(Some).collect();
@@ -72,8 +72,8 @@ fn times(drive: &Drive) -> Vec<f64> {
 }
 
 /// Starts at the times at which a size would gain most, under the present observer and under a nearly free one: the first hides much of a
-/// large effect in its missing acceleration, the second sees a small one badly. Each under the observer that found it, and with textbook
-/// values of free driving under a strong one: where one search stops, another goes on.
+/// large effect in its missing acceleration, and the second hardly shows a small one. Each start has the observer that found it, and a
+/// second one textbook values of free driving with a strong observer, because one search may continue where another stops.
 fn timed(task: &Task<'_>, model: Model, (size, time): (usize, usize), times: &[f64]) -> Result<Scope, DiagnoseError> {
     let Point { values, noise } = task.present(&model);
     let neutral = model.symbols[size].neutral().unwrap_or_default();

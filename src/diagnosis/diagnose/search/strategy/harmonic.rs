@@ -1,4 +1,4 @@
-//! Something with a frequency, which has hardly a derivative: the peaks of the missing acceleration.
+//! Periodic effects. The likelihood has almost no slope in a frequency, so starts are peaks in the spectrum of the missing acceleration.
 
 use super::scan::highest;
 use super::{Scope, Search, Stop, Task, Values};
@@ -7,7 +7,7 @@ use rayon::prelude::*;
 
 /// The lowest and the highest frequency \[Hz\].
 const RANGE: (f64, f64) = (0.005, 1.5);
-/// Every size of a start \[m/s²\].
+/// Start value of each amplitude \[m/s²\].
 const AMPLITUDE: f64 = 0.02;
 
 /// See [`Search`].
@@ -29,7 +29,7 @@ impl Search for Harmonic {
     }
 }
 
-/// Frequencies \[Hz\] at which the missing acceleration has most power for its neighbourhood.
+/// Frequencies \[Hz\] at which the missing acceleration has the most power relative to neighbouring frequencies.
 fn peaks(drives: &[Drive], missing: &[Vec<f64>], most: usize) -> Vec<f64> {
     let longest = drives.iter().map(|d| d.samples() as f64 * d.dt()).fold(1.0, f64::max);
     let step = 0.5 / longest;

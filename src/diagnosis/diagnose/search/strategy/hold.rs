@@ -1,4 +1,4 @@
-//! Fits with a size held while the rest moves, for causes that a base imitates.
+//! Fits with a fixed size, for causes that a base imitates.
 
 use super::Values;
 use crate::diagnose::likelihood::fit::{Plan, Point, fit_each};
@@ -7,12 +7,12 @@ use crate::diagnose::likelihood::space::Axis;
 use crate::diagnose::question::DiagnoseError;
 use crate::diagnose::search::fitted_model::Context;
 
-/// Of the sizes that were held, so many are followed when they are set free.
+/// Number of fixed sizes whose fits continue with the size free.
 const FOLLOWED: usize = 2;
-/// Turns with a size held, of all sizes and then of the likelier half.
+/// Iterations with a fixed size, for all sizes and then for the likelier half.
 const HOLDING: Plan = Plan { select: usize::MAX, rough: 2, keep: 1, fine: 2, tolerance: 0.1, least: [0.0; 2] };
 
-/// Where the rest goes from a start while each of some sizes is held: the likeliest.
+/// The likeliest fits from a start, each with one of several sizes fixed.
 ///
 /// # Errors
 /// As [`fit_each`].
@@ -25,7 +25,7 @@ pub fn held(
     follow(setting, model, sizes.into_iter().map(|size| holding(model, start, &size)).collect())
 }
 
-/// The axes and the start with sizes held.
+/// The axes and the start with fixed sizes.
 #[must_use]
 pub fn holding(model: &Model, start: &Point, size: &Values) -> (Vec<Axis>, Point) {
     let (mut axes, mut start) = (model.axes.clone(), start.clone());
@@ -36,7 +36,7 @@ pub fn holding(model: &Model, start: &Point, size: &Values) -> (Vec<Axis>, Point
     (axes, start)
 }
 
-/// The likeliest of starts with axes of their own, after some turns.
+/// The likeliest of starts with separate axes, after some iterations.
 ///
 /// # Errors
 /// As [`fit_each`].

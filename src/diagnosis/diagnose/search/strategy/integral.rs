@@ -1,4 +1,4 @@
-//! A gain on a sum over time: with one that is off by half, its swings have another period than those measured.
+//! A gain on an integral: with a value that is off by half, the model oscillates with another period than the measured car.
 
 use super::size::from_textbook_values;
 use super::{Scope, Search, Stop, Task, Values};

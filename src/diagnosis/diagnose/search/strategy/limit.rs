@@ -1,4 +1,4 @@
-//! A size beyond which something is cut off: a base imitates one that is reached often.
+//! A limit that clips a quantity: a base imitates one that is reached often.
 
 use super::hold::held;
 use super::size::sizes;
@@ -7,10 +7,10 @@ use crate::diagnose::likelihood::fit::{Point, log_likelihoods};
 use crate::diagnose::likelihood::model::Model;
 use crate::diagnose::question::DiagnoseError;
 
-/// Limits that are held while the rest moves, as shares of the axis from where they do nothing: one that is reached makes things worse
-/// until the rest has moved, and one that is not shows no way.
+/// Limits that are fixed while the rest moves, as shares of the axis from the neutral end. A limit that is reached worsens the fit until
+/// the rest has moved, and one that is not reached has no slope.
 const HELD: [f64; 7] = [0.15, 0.22, 0.29, 0.36, 0.43, 0.52, 0.63];
-/// A dense row of limits.
+/// Number of limits in a dense row.
 const ROW: usize = 80;
 
 /// See [`Search`].
@@ -29,7 +29,7 @@ impl Search for Limit {
     }
 }
 
-/// Where a limit is reached once or twice, the base is right but for that: the likeliest of a dense row of them.
+/// The likeliest of a dense row of limits: for a limit that is reached once or twice, the base is otherwise right.
 fn likeliest(task: &Task<'_>, model: &Model, limit: usize) -> Result<Point, DiagnoseError> {
     let (present, axis) = (task.present(model), model.axes[limit]);
     let at = |i: usize| {

@@ -1,4 +1,4 @@
-//! How a cause is looked for: one strategy for each kind.
+//! How to search for a cause: one strategy for each kind.
 
 mod event;
 mod harmonic;
@@ -27,9 +27,9 @@ use crate::extension::Extension;
 use crate::symbols::SearchKind;
 use std::sync::atomic::Ordering;
 
-/// How one kind of cause is looked for.
+/// The strategy for one kind of cause.
 pub trait Search: Sync {
-    /// Where a cause may act, and where its fits start there.
+    /// The scopes of a cause, with the starts of their fits.
     ///
     /// # Errors
     /// [`Stop`].
@@ -57,12 +57,12 @@ fn strategy(kind: SearchKind) -> &'static dyn Search {
     }
 }
 
-/// Why a search ended without a fit.
+/// The reason why a search ended without a fit.
 #[derive(Debug)]
 pub enum Stop {
     /// The cause cannot be tried here.
     Untried(Untried),
-    /// Nothing can be tried.
+    /// The diagnosis cannot continue.
     Failed(DiagnoseError),
 }
 
@@ -75,7 +75,7 @@ impl From<DiagnoseError> for Stop {
 /// Values of some parameters, by their positions in a model.
 pub type Values = Vec<(usize, f64)>;
 
-/// A cause that is tried on top of the present model.
+/// A cause to be tried on top of the present model.
 #[derive(Debug)]
 pub struct Task<'a> {
     /// Data and question.
@@ -84,28 +84,28 @@ pub struct Task<'a> {
     pub current: &'a FittedModel,
     /// The cause.
     pub cause: &'static Extension,
-    /// The present model's variant with it.
+    /// The variant of the present model with the cause.
     pub variant: Variant,
-    /// The acceleration that the present model misses, per drive \[m/s²\].
+    /// The missing acceleration of the present model, per drive \[m/s²\].
     pub missing: &'a [Vec<f64>],
-    /// What may be spent.
+    /// The search budget.
     pub budget: &'a SearchBudget,
     /// The largest speed of the follower \[m/s\].
     pub fastest: f64,
 }
 
-/// Where a cause may act, and where its fits start there.
+/// The scope of a cause, with the starts of its fits.
 #[derive(Debug)]
 pub struct Scope {
     /// The model with the cause, over all drives.
     pub model: Model,
     /// Where its fits start.
     pub starts: Vec<Point>,
-    /// Where the rest went while the size was held. Under a strong observer these are a race of their own.
+    /// Fits of the rest with a fixed size. Under a strong observer they are compared only with each other.
     pub held: Vec<Point>,
-    /// True where starts from other scopes would outrun these before they have led anywhere.
+    /// True if these starts must not compete with those of other scopes, which would be ahead at first.
     pub alone: bool,
-    /// What it promises under the present observer and under a nearly free one \[nats\].
+    /// Log-likelihood that it promises under the present observer and under a nearly free one \[nats\].
     pub promise: [f64; 2],
 }
 
@@ -125,27 +125,27 @@ impl Task<'_> {
         }
     }
 
-    /// The present model in one that has the cause.
+    /// The present model as a point of a model with the cause.
     #[must_use]
     pub fn present(&self, model: &Model) -> Point {
         let Point { values, noise } = &self.current.fit.point;
         Point { values: model.adopt(&self.current.model, values), noise: *noise }
     }
 
-    /// Position of the cause's only parameter.
+    /// Position of the only parameter of the cause.
     #[must_use]
     pub fn only(&self, model: &Model) -> usize {
         model.positions(self.cause)[0]
     }
 
-    /// A scope over all drives with starts at some sizes.
+    /// A scope over all drives with starts at these sizes.
     #[must_use]
     pub fn scope(&self, model: Model, sizes: &[Values], held: Vec<Point>) -> Scope {
         let starts = self.around(&model, sizes);
         Scope { model, starts, held, alone: false, promise: [0.0; 2] }
     }
 
-    /// Starts at some sizes: the present parameters under the present observer and under a nearly free simulation, and textbook values of
+    /// Starts at these sizes: the present parameters under the present observer and under a nearly free simulation, and textbook values of
     /// free driving under a strong observer.
     #[must_use]
     pub fn around(&self, model: &Model, sizes: &[Values]) -> Vec<Point> {
@@ -156,8 +156,8 @@ impl Task<'_> {
         sizes.iter().flat_map(at).collect()
     }
 
-    /// The best fit from the starts of a scope. Where sensors are precise the likelihood is so rugged that a search stops beside the cause;
-    /// then also from where the starts lead with the noise of ordinary sensors, times a factor.
+    /// The best fit from the starts of a scope. If sensors are precise, the likelihood is so rugged that a search stops beside the cause.
+    /// Then fits with the noise of ordinary sensors, times `factor`, give further starts.
     ///
     /// # Errors
     /// As [`FittedModel::fitted`].
@@ -166,7 +166,7 @@ impl Task<'_> {
         let plan = self.budget.plan;
         let noise = self.current.fit.point.noise;
         let Some(soft) = softened(&noise, factor) else { return self.from(model, &starts, plan) };
-        // Only where it leads matters.
+        // Only the final point matters.
         let smooth = Plan { least: [soft.r_s, soft.r_v], fine: plan.fine.div_ceil(2), ..plan };
         let Some(FittedModel { model, fit, .. }) = self.from(model, &starts, smooth)? else { return Ok(None) };
         let found = Noise { r_s: noise.r_s, r_v: noise.r_v, ..fit.point.noise };
@@ -180,7 +180,7 @@ impl Task<'_> {
         FittedModel::fitted(self.setting, self.variant, &causes, model, starts, plan)
     }
 
-    /// The likelier of a fit and one from sizes that were held.
+    /// The likelier of a fit and one that starts from fixed sizes.
     fn set_free(&self, found: FittedModel, held: &[Point]) -> Result<FittedModel, DiagnoseError> {
         if held.is_empty() {
             return Ok(found);
@@ -202,7 +202,7 @@ pub fn moved(model: &Model, values: &[f64], by: &Values) -> Vec<f64> {
     moved
 }
 
-/// The model with one cause more, fitted: the best of its scopes.
+/// The model with one more cause, fitted: the best of its scopes.
 ///
 /// # Errors
 /// [`Stop`].
@@ -216,7 +216,7 @@ pub fn explain(task: &Task<'_>) -> Result<FittedModel, Stop> {
     let without_start = scopes.iter().all(|scope| scope.starts.is_empty());
     for mut scope in scopes.into_iter().filter(|scope| !scope.starts.is_empty()) {
         if let Some(best) = best.as_ref().filter(|_| !scope.alone) {
-            // What happens in one drive may happen in all of them.
+            // An event of one drive may happen in all of them.
             let values = scope.model.adopt(&best.model, &best.fit.point.values);
             let noises = [best.fit.point.noise, task.current.fit.point.noise];
             scope.starts.extend(noises.map(|noise| Point { values: values.clone(), noise }));
@@ -233,7 +233,7 @@ pub fn explain(task: &Task<'_>) -> Result<FittedModel, Stop> {
     best.ok_or_else(|| Stop::Untried(if without_start { no_start() } else { Untried::NotFinite }))
 }
 
-/// Of the scopes that are raced alike those that promise most under one of the observers.
+/// The scopes that promise most under one of the observers, separately for those that compete and those that do not.
 fn promising(mut scopes: Vec<Scope>) -> Vec<Scope> {
     let most = |alone: bool, k: usize| {
         let alike = scopes.iter().filter(|scope| scope.alone == alone);

@@ -1,4 +1,4 @@
-//! Which of many values are worth a fit: each is simulated once on top of a model, and the likeliest are kept.
+//! Selects the values that are worth a fit: simulates each once on top of a model, and keeps the likeliest.
 
 use super::{Values, moved};
 use crate::diagnose::likelihood::fit::{Point, log_likelihoods};
@@ -7,11 +7,11 @@ use crate::diagnose::question::DiagnoseError;
 use crate::diagnose::search::fitted_model::Context;
 use crate::diagnose::search::observers::softened;
 
-/// Two are the same if all their times are closer than this \[s\] and all their sizes closer than this share.
+/// Two points are the same if all their times are closer than this \[s\] and all their sizes closer than this share.
 const SAME: (f64, f64) = (6.0, 0.03);
 
-/// The likeliest as they are under the present observer and under a nearly free one, so many of each, no two of them about the same: the
-/// present one may hide in its missing acceleration what they are about. With them, the largest log-likelihood under each.
+/// The likeliest points under the present observer and under a nearly free one, without a fit, an equal number of each and no two nearly
+/// the same; the present observer may hide their effect in its missing acceleration. With them, the largest log-likelihood under each.
 ///
 /// # Errors
 /// As [`log_likelihoods`].

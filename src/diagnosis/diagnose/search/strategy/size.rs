@@ -1,4 +1,4 @@
-//! Sizes: derivatives lead from one to the next, unless the base has made up for the cause.
+//! Sizes: derivatives lead to the optimum, unless the base has compensated for the cause.
 
 use super::hold::held;
 use super::{Scope, Search, Stop, Task, Values};
@@ -15,7 +15,7 @@ pub struct Size;
 impl Search for Size {
     fn starts(&self, task: &Task<'_>) -> Result<Vec<Scope>, Stop> {
         let model = task.model(None)?;
-        // A parameter that never does nothing has no size to begin with.
+        // A parameter without a neutral value has no start value.
         let open = task.cause.parameters.iter().any(|symbol| symbol.neutral().is_none());
         let sizes = if open { Vec::new() } else { sizes(&model, task.cause) };
         let held = from_textbook_values(task, &model)?;
@@ -23,8 +23,8 @@ impl Search for Size {
     }
 }
 
-/// Where the rest goes from textbook values while sizes are held, if the present model may be far off: what a base lacks it makes up for
-/// with parameters that are far off, and from there a size that is set free goes back to nothing.
+/// Fits of the rest from textbook values with fixed sizes, if the present model may be far off. A base compensates for a missing cause with
+/// parameters that are far off, and from there a free size returns to zero.
 ///
 /// # Errors
 /// As [`held`].
@@ -37,7 +37,7 @@ pub fn from_textbook_values(task: &Task<'_>, model: &Model) -> Result<Vec<Point>
     held(task.setting, model, &Point { values, noise: noise.strong() }, all_together(model, task.cause))
 }
 
-/// Sizes to be held of a cause that has nothing but sizes: all of them together, at shares of the way from nothing to the ends.
+/// Sizes to fix for a cause that has nothing but sizes: all of them together, at shares of the way from neutral to the ends.
 fn all_together(model: &Model, cause: &Extension) -> Vec<Values> {
     const SHARES: [f64; 3] = [0.06, 0.15, 0.3];
     let positions = model.positions(cause);
@@ -55,7 +55,7 @@ fn all_together(model: &Model, cause: &Extension) -> Vec<Values> {
     all.filter(|size| !idle(size)).collect()
 }
 
-/// Values of a cause's parameters that are worth a start: all that have a neutral value together at every size, and each alone.
+/// Start values of a cause's parameters: at every size, all parameters with a neutral value together, and each alone.
 #[must_use]
 pub fn sizes(model: &Model, cause: &Extension) -> Vec<Values> {
     let positions = model.positions(cause);
@@ -73,7 +73,7 @@ pub fn sizes(model: &Model, cause: &Extension) -> Vec<Values> {
     together.chain(each.iter().filter_map(|sizes| sizes.get(sizes.len() / 2).map(|size| vec![*size]))).collect()
 }
 
-/// Values of an axis worth trying for a parameter that does nothing at `neutral`.
+/// Start values on an axis for a parameter that does nothing at `neutral`.
 fn probes(axis: &Axis, neutral: f64) -> Vec<f64> {
     let at = axis.coordinate(neutral);
     let shares: &[f64] = if axis.log { &[0.25, 0.45, 0.65] } else { &[0.002, 0.04, 0.15, 0.4] };

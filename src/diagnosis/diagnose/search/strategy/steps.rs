@@ -1,4 +1,4 @@
-//! A size on which innovations depend in jumps: no derivative leads there, and the rest is moved by a search without any.
+//! A size on which innovations depend in jumps: derivatives do not lead to it, and a search without derivatives moves the rest.
 
 use super::hold::{follow, holding};
 use super::scan::{highest, likeliest};
@@ -10,21 +10,21 @@ use crate::diagnose::question::DiagnoseError;
 use crate::diagnose::search::fitted_model::FittedModel;
 use crate::statistics::upper_median;
 
-/// By how much the noise of ordinary sensors is exaggerated.
+/// Factor on the noise of ordinary sensors.
 const SMOOTHER: f64 = 4.0;
-/// Sizes of a dense row in equal ratios, and the smallest as a share of the largest.
+/// Number of sizes in a dense row in equal ratios, and the smallest as a share of the largest.
 const ROW: (usize, f64) = (240, 0.02);
-/// Sizes that are held, and how far apart in the row they lie at least.
+/// Number of sizes that are fixed, and their smallest distance in the row.
 const STAND_OUT: (usize, usize) = (2, 4);
-/// Neighbours to both sides that a size has to stand out from.
+/// Number of neighbours on each side that a size has to stand out from.
 const AROUND: usize = 12;
-/// How much a size has to stand out \[nats\], and how much less likely than the model without it it may be, as a share of that. Steps of a
-/// real command stand out by hundreds of nats and lose less than that; chance stands out by tens and loses more. Where the base is far
-/// off, only the height tells.
+/// Smallest height of a size above its neighbours \[nats\], and its largest loss against the model without it, as a multiple of the height.
+/// Steps of a real command stand out by hundreds of nats and lose less than that; by chance, a size stands out by tens and loses more. If
+/// the base is far off, only the height counts.
 const HIGH: f64 = 25.0;
 const HIGH_ASTRAY: f64 = 100.0;
 const DEEP: f64 = 2.0;
-/// First step of the descent with a size held, as a share of the ranges, and the first of its turns.
+/// First step of the search with a fixed size, as a share of the ranges, and the number of its first random stream.
 const DESCENT: (f64, u64) = (0.03, 100);
 
 /// See [`Search`].
@@ -53,9 +53,9 @@ fn row(largest: f64) -> Vec<f64> {
     (0..count).map(|i| largest * smallest.powf(i as f64 / (count - 1) as f64)).collect()
 }
 
-/// Where the rest goes while sizes are held that are likelier than the ones around them. The larger a size, the worse it makes a base that
-/// is off by a little, so that the likeliest of all is next to none; but the right one stands out. Where none does, there are no steps,
-/// and no search without derivatives is spent on them.
+/// Fits of the rest at fixed sizes that are likelier than their neighbours. If the base is slightly off, a larger size makes the fit worse,
+/// so the likeliest size is almost zero, but the right one stands out. If no size stands out, there are no steps, and no search without
+/// derivatives follows.
 fn held(task: &Task<'_>, model: &Model, present: &Point, sizes: &[Values]) -> Result<Vec<Point>, DiagnoseError> {
     let setting = task.setting;
     let row: Vec<Point> = sizes.iter().map(|size| holding(model, present, size).1).collect();
@@ -73,12 +73,12 @@ fn held(task: &Task<'_>, model: &Model, present: &Point, sizes: &[Values]) -> Re
     follow(setting, model, stand_out.enumerate().map(descend).collect::<Result<_, DiagnoseError>>()?)
 }
 
-/// True for a size that stands out enough, with what it loses, to be held.
+/// True for a size that stands out enough, relative to its loss.
 fn promises(height: f64, loss: f64, astray: bool) -> bool {
     if astray { height > HIGH_ASTRAY } else { height > HIGH && loss < DEEP * height }
 }
 
-/// How much higher a row is at each position than around it.
+/// Height of a row at each position above the median around it.
 fn heights(row: &[f64]) -> Vec<f64> {
     let height = |i: usize| {
         let around = &row[i.saturating_sub(AROUND)..(i + AROUND + 1).min(row.len())];

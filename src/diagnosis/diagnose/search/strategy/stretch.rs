@@ -1,4 +1,4 @@
-//! A stretch of time: what drives a car for half a minute in place of its law spoils a calibration of everything.
+//! A stretch of time: another controller that drives the car for half a minute spoils a calibration of all parameters.
 
 use super::event::acting;
 use super::scan::likeliest;
@@ -13,14 +13,14 @@ use crate::diagnose::search::textbook::with_textbook_values;
 use rayon::prelude::*;
 use std::sync::atomic::Ordering;
 
-/// Lengths that are tried \[s\], and the share of a length from stretch to stretch.
+/// Lengths of stretches in the scan \[s\], and their distance as a share of the length.
 const LENGTHS: [f64; 5] = [12.0, 20.0, 33.0, 55.0, 90.0];
 const STRIDE: f64 = 0.4;
-/// Shares of the samples below the speed that is tried.
+/// Quantiles of the speed that the scan tries.
 const BELOW: [f64; 2] = [0.5, 0.95];
-/// Share of the blocks of 30 s by which parts of drives are compared: the others may be what happens.
+/// Share of the blocks of 30 s that count when parts of drives are compared; the others may contain the effect.
 const USUAL: f64 = 0.8;
-/// Turns on a part.
+/// Iterations on a part.
 const PART: Plan = Plan { rough: 6, keep: 1, ..ELSEWHERE };
 
 /// See [`Search`].
@@ -28,9 +28,9 @@ pub struct Stretch;
 
 impl Search for Stretch {
     fn starts(&self, task: &Task<'_>) -> Result<Vec<Scope>, Stop> {
-        // A stretch in which something else drives the car is what spoils a base most.
+        // A stretch with another controller spoils a base most.
         let usual = if task.current.causes.is_empty() { undisturbed(task)? } else { None };
-        // Stretches that single drives promise, as the present model and as the undisturbed one see them.
+        // The stretches that single drives suggest, under the present model and under the undisturbed one.
         let (mut promised, mut usually_promised): (Vec<Values>, Vec<Values>) = Default::default();
         let mut scopes = Vec::new();
         for drive in acting(task.setting.question.train) {
@@ -39,7 +39,7 @@ impl Search for Stretch {
             if places.is_empty() {
                 continue;
             }
-            // One in all drives shows in each of them.
+            // A stretch that is in all drives shows in each of them.
             let of = |promised: &[Values]| match drive {
                 None if !promised.is_empty() => promised.to_vec(),
                 _ => places.clone(),
@@ -58,7 +58,7 @@ impl Search for Stretch {
     }
 }
 
-/// Stretches of the drives in which a cause may act: speed, begin and length. `None` for a cause without a size.
+/// Stretches of the drives in which a cause may act: speed, start and length. `None` for a cause without a size.
 fn places(task: &Task<'_>, model: &Model, drive: Option<usize>) -> Option<Vec<Values>> {
     let positions = model.positions(task.cause);
     let size = *positions.iter().find(|&&k| model.symbols[k].neutral().is_some())?;
@@ -69,8 +69,8 @@ fn places(task: &Task<'_>, model: &Model, drive: Option<usize>) -> Option<Vec<Va
     Some(found.map(|(t, dur, v)| vec![(size, v), (begin, t), (length, dur)]).collect())
 }
 
-/// Stretches of several lengths in which the car ahead is the faster one on the whole, with begin, length and a speed that the
-/// follower hardly exceeds there: what a lower set speed would do.
+/// Stretches of several lengths in which the car ahead is the faster one on average, with start, length and a speed that the follower
+/// hardly exceeds there, as under a lower set speed.
 fn behind_faster(drive: &Drive) -> Vec<(f64, f64, f64)> {
     let data = &drive.trajectory;
     let mut found = Vec::new();
@@ -91,14 +91,14 @@ fn behind_faster(drive: &Drive) -> Vec<(f64, f64, f64)> {
     found
 }
 
-/// A model fitted where nothing happens.
+/// A model fitted to data without the effect.
 struct Undisturbed {
     model: Model,
     point: Point,
 }
 
-/// The model fitted to one half of one training drive, from textbook values and as it is: of all halves the one whose fit is likeliest in
-/// most of the time. `None` where so little is missing that nothing can have spoilt it.
+/// The model fitted to one half of one training drive, from textbook values and from the present ones: of all halves, the one whose fit is
+/// likeliest over most of the time. `None` if so little is missing that the fit to all data cannot be spoilt.
 fn undisturbed(task: &Task<'_>) -> Result<Option<Undisturbed>, DiagnoseError> {
     let Task { setting, current, .. } = *task;
     let noise = current.fit.point.noise;
@@ -124,7 +124,7 @@ fn undisturbed(task: &Task<'_>) -> Result<Option<Undisturbed>, DiagnoseError> {
     Ok(best.map(|(_, best)| best))
 }
 
-/// Of all samples that count those of the first or the second half of a drive.
+/// The samples that count in the first or the second half of one drive.
 fn part(whole: &[Mask], (drive, second): (usize, bool)) -> Vec<Mask> {
     let of = |(k, mask): (usize, &Mask)| -> Mask {
         mask.iter().enumerate().map(|(t, counts)| *counts && k == drive && (t >= mask.len() / 2) == second).collect()
@@ -132,7 +132,7 @@ fn part(whole: &[Mask], (drive, second): (usize, bool)) -> Vec<Mask> {
     whole.iter().enumerate().map(of).collect()
 }
 
-/// Starts at the likeliest stretches on top of the undisturbed model, under its observer and under a strong one. With them, the stretches.
+/// Starts at the likeliest stretches on top of the undisturbed model, under its observer and under a strong one, and the stretches.
 fn from_undisturbed(
     task: &Task<'_>,
     usual: &Undisturbed,
@@ -151,14 +151,14 @@ fn from_undisturbed(
     Ok((Scope { model, starts, held: Vec::new(), alone: true, promise }, found))
 }
 
-/// A stretch whose two ends and whose size are moved as long as that makes it likelier, in ever smaller steps: neither has a derivative
-/// that shows the way while the other is off.
+/// Moves both ends and the size of a stretch in ever smaller steps while the likelihood grows: the slope in one of them is useless while
+/// another is off.
 fn walked(setting: &Context<'_>, at: &Point, model: &Model, mut place: Values) -> Result<Values, DiagnoseError> {
-    /// Steps of the ends \[s\]; of the size a tenth of each.
+    /// Steps of the ends \[s\]; the steps of the size are a tenth of each.
     const STEPS: [f64; 7] = [16.0, 8.0, 4.0, 2.0, 1.0, 0.5, 0.25];
-    /// Most moves per step.
+    /// Largest number of moves per step.
     const MOVES: usize = 8;
-    /// Moves of size, begin and end.
+    /// Directions of the moves in size, start and end.
     const AROUND: [[f64; 3]; 10] = [
         [0.0, -1.0, 0.0],
         [0.0, 1.0, 0.0],

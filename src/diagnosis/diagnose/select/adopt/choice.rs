@@ -1,4 +1,4 @@
-//! Which of those tried in a round is adopted, and what becomes of the others.
+//! Selects the cause that a round adopts, and sets the fate of the others.
 
 use super::State;
 use crate::diagnose::judge::Judgement;
@@ -11,7 +11,7 @@ use crate::diagnose::search::fitted_model::{Context, CrossValidated};
 use crate::diagnose::search::screen::ScreenedCause;
 use crate::diagnose::search::search_budget::SearchBudget;
 
-/// A cause that gains enough where it was not fitted.
+/// A cause that gains enough on data that it was not fitted to.
 #[derive(Debug, Clone, Copy)]
 struct Gaining {
     /// Position among those tried.
@@ -20,7 +20,7 @@ struct Gaining {
     counts: f64,
 }
 
-/// Those that nothing objects to, and those that another calibration makes up for; the likeliest first.
+/// Causes that passed every check, and those that another calibration absorbs; the likeliest first.
 #[derive(Debug, Default)]
 struct Standing {
     sound: Vec<Gaining>,
@@ -28,7 +28,7 @@ struct Standing {
 }
 
 impl State {
-    /// Position of the cause to adopt, and notes on all others.
+    /// Position of the cause to adopt; sets the fate of all others.
     pub(super) fn choose(
         &mut self,
         setting: &Context<'_>,
@@ -57,12 +57,12 @@ impl State {
         judgements.sort_by(|(_, a), (_, b)| b.evidence.counts().total_cmp(&a.evidence.counts()));
         let mut standing = Standing::default();
         let mut stopped = Vec::new();
-        // The present model on the hold-out, which all are compared with.
+        // Scores of the present model on the hold-out, shared by all comparisons.
         let mut alone = None;
         for (i, mut judgement) in judgements {
             let this = Gaining { i, counts: judgement.evidence.counts() };
             let behind = |best: &&Gaining| self.is_behind(best, &this);
-            // Behind one that stands, only what is as likely matters.
+            // Once a cause has passed, only those that are as likely matter.
             let (ahead, absorbed) =
                 (standing.sound.first().filter(behind), standing.made_up_for.first().filter(behind));
             if ahead.or(absorbed).is_none() {
@@ -78,7 +78,7 @@ impl State {
                     stopped.push((judgement.cause, this.counts, self.need, objection));
                 }
                 (None, Some(_), _) => rows[i].fate = Fate::LessLikely,
-                // What cannot be told from another calibration is no name; what is less likely than that is none either.
+                // A cause that another calibration absorbs cannot be named, and neither can a less likely one.
                 (None, None, Some(best)) => {
                     rows[i].fate = Fate::LessLikelyThanAbsorbed { other: tried[best.i].0.name.clone() };
                 }
@@ -91,12 +91,12 @@ impl State {
         Ok(chosen)
     }
 
-    /// True if the evidence of one cause is behind that of a likelier one by more than could be chance.
+    /// True if the evidence of one cause trails that of a likelier one by more than chance.
     fn is_behind(&self, best: &Gaining, other: &Gaining) -> bool {
         best.counts - other.counts > margin(self.inflation, best.counts)
     }
 
-    /// Of those as likely as the likeliest sound one, the simplest; and notes on all others that stand.
+    /// Of the causes as likely as the likeliest sound one, the simplest; sets the fate of all others that passed.
     fn chosen(&self, tried: &[ScreenedCause], standing: &Standing, rows: &mut [Tried]) -> Option<usize> {
         let Standing { sound, made_up_for } = standing;
         let best = sound.first()?;
@@ -105,12 +105,12 @@ impl State {
         let mut close: Vec<Gaining> = sound.iter().copied().filter(as_likely).collect();
         let fewest = close.iter().map(simple).min()?;
         let chosen = *close.iter().find(|other| simple(other) == fewest)?;
-        // More parameters that gain nothing over fewer contain the simpler cause and are no rival.
+        // A cause with more parameters and no more evidence contains the simpler cause and is not a rival.
         close.retain(|other| {
             simple(other) == fewest
                 || other.counts > chosen.counts + POLICY.more_parameters * margin(self.inflation, chosen.counts)
         });
-        // What is as likely although a calibration has most of its effect is no name by itself, but leaves doubt in one.
+        // A cause that a calibration absorbs is not named, but is a rival if it is as likely.
         close.extend(made_up_for.iter().copied().filter(as_likely));
         let adopted = || tried[chosen.i].0.name.clone();
         let fates = sound.iter().map(|other| match as_likely(other) {
@@ -133,8 +133,8 @@ mod tests {
     use super::*;
     use crate::diagnose::made_up::{self, candidate, cause, search};
 
-    /// One that is as likely and simpler comes before the likeliest; what a calibration makes up for is a rival, what is further behind
-    /// is not.
+    /// A simpler cause comes before the likeliest if it is as likely. A cause that a calibration absorbs is a rival; one that trails by
+    /// more is not.
     #[test]
     fn the_simplest_of_the_likely_ones_is_adopted() {
         let drives = [made_up::drive("made_up.csv", 0.0)];
@@ -158,7 +158,7 @@ mod tests {
             Fate::AsLikely { adopted: adopted() },
         ];
         assert_eq!(fates, known);
-        // With half a margin more, the likeliest is a rival although it has one parameter more.
+        // With half a margin more, the likeliest is a rival although it has one more parameter.
         let standing = Standing { sound: vec![gaining(0, 103.0), gaining(1, 98.0)], made_up_for: Vec::new() };
         assert_eq!(search.chosen(&tried, &standing, &mut rows), Some(1));
         assert_eq!(rows[0].fate, Fate::AsLikely { adopted: adopted() });

@@ -1,4 +1,4 @@
-//! Rounds: every cause is tried on the present model, the likeliest are cross-fitted and judged, and one of them is adopted.
+//! Rounds: each tries every cause on the present model, cross-fits and judges the likeliest, and adopts one of them.
 
 mod choice;
 
@@ -17,13 +17,13 @@ use crate::diagnose::search::skipped::Skipped;
 use crate::extension::Extension;
 use rayon::prelude::*;
 
-/// Rounds at most.
+/// Largest number of rounds.
 pub const ROUNDS: usize = 5;
 
-/// A cause that could be in the place of an adopted one, fitted there.
+/// A cause that could replace an adopted one, fitted in its place.
 #[derive(Debug)]
 pub struct Rival {
-    /// The cause whose place it is.
+    /// The cause that it could replace.
     pub of: &'static Extension,
     /// The rival.
     pub cause: &'static Extension,
@@ -31,14 +31,14 @@ pub struct Rival {
     pub candidate: FittedModel,
     /// Its evidence \[nats\].
     pub evidence: f64,
-    /// What was needed.
+    /// The threshold \[nats\].
     pub need: f64,
 }
 
-/// Where the search stands.
+/// The state of the search.
 #[derive(Debug)]
 pub struct State {
-    /// The model as far as it is extended.
+    /// The present model.
     pub current: FittedModel,
     /// Its held-out likelihood.
     pub held: CrossValidated,
@@ -46,37 +46,37 @@ pub struct State {
     pub(crate) bare: f64,
     /// Evidence and threshold of each adopted cause, in the order of the model's causes.
     pub evidence: Vec<(f64, f64)>,
-    /// Causes that could be in the place of an adopted one when it was.
+    /// Causes that could have replaced an adopted one in its round.
     pub(crate) rivals: Vec<Rival>,
-    /// Everything tried.
+    /// All causes that were tried.
     pub ladder: Vec<Tried>,
-    /// Causes that something spoke against in the last round or at the end, with their evidence and the threshold \[nats\].
+    /// Causes that a check rejected in the last round or at the end, with their evidence and the threshold \[nats\].
     pub stopped: Vec<(&'static Extension, f64, f64, Objection)>,
     /// Causes that the data cannot show.
     pub not_testable: Vec<NotTestable>,
-    /// Causes that could not be tried on the base, nor in a later round.
+    /// Causes that could not be tried on the base or in a later round.
     pub untried: Vec<Skipped>,
     /// Threshold of the last round \[nats\].
     pub need: f64,
     /// Inflation of the last round.
     pub inflation: f64,
-    /// True if rounds ended because enough was simulated, and not because nothing more was found.
+    /// True if the simulation limit ended the rounds, and not a round without a result.
     pub(crate) cut_short: bool,
 }
 
-/// What a round has found.
+/// The result of a round.
 #[derive(Debug)]
 pub struct Judged {
-    /// Everything tried, and the held-out likelihood of what was worth a cross-fit.
+    /// All causes that were tried, and the held-out likelihood of those that were cross-fitted.
     tried: Vec<ScreenedCause>,
     held: Vec<Option<CrossValidated>>,
-    /// Position of what is adopted.
+    /// Position of the adopted cause.
     adopted: Option<usize>,
     /// First row of the round in the ladder.
     ladder: usize,
 }
 
-/// The missing acceleration of a candidate on every drive \[m/s²\], as a rather strong observer sees it.
+/// The missing acceleration of a candidate on every drive \[m/s²\], under a rather strong observer.
 ///
 /// # Errors
 /// As [`crate::diagnose::likelihood::model::Model::innovations`].
@@ -90,7 +90,7 @@ pub fn missing(candidate: &FittedModel) -> Result<Vec<Vec<f64>>, DiagnoseError> 
 }
 
 impl State {
-    /// The search before any round.
+    /// The state before the first round.
     ///
     /// # Errors
     /// As [`FittedModel::cross_fit`].
@@ -113,27 +113,28 @@ impl State {
         })
     }
 
-    /// What the adopted causes explain together \[nats\]: the sum of their evidence, but not more than the gain of the whole over the
-    /// base. Of causes that hide each other each one's removal costs nearly everything.
+    /// Joint evidence of the adopted causes \[nats\]: the sum, at most the gain over the base. If causes hide each other, removing any of
+    /// them costs nearly the whole gain.
     #[must_use]
     pub fn explained(&self) -> f64 {
         let sum: f64 = self.evidence.iter().map(|(evidence, _)| evidence.max(0.0)).sum();
         sum.min((self.current.fit.log_likelihood - self.bare).max(0.0))
     }
 
-    /// Causes that could be in the place of an adopted one. One that was found as well, in a later round, is none any more, nor is its kin.
+    /// Causes that could replace an adopted one. A cause that was adopted in a later round is no longer a rival, and neither are its
+    /// relatives.
     pub fn rivals(&self) -> impl Iterator<Item = &Rival> {
         let kin = |cause: &&Extension, rival: &Rival| *cause != rival.of && cause.family() == rival.cause.family();
         self.rivals.iter().filter(move |rival| !self.current.causes.iter().any(|cause| kin(cause, rival)))
     }
 
-    /// True if nothing more is to be looked for after so many simulations: beside two causes the search goes on only while there is room.
+    /// True if no further round begins after this number of simulations: with two causes, the search continues only below the limit.
     pub(crate) fn has_enough(&self, simulated: u64, spending: &SearchBudget) -> bool {
         self.current.causes.len() > 1 && simulated > spending.enough
     }
 
-    /// The first half of a round: every further cause fitted, the likeliest first, and the present model once more from where they
-    /// took it.
+    /// The first half of a round: fits every further cause, sorted by likelihood, and refits the present model from the parameters of the
+    /// best.
     ///
     /// # Errors
     /// As [`screen`].
@@ -154,7 +155,7 @@ impl State {
             self.untried = dropped;
         }
         self.untried.retain(|(cause, _)| tried.iter().all(|(other, _)| other != cause));
-        // The best model's innovations say how correlated they are when what can be explained is.
+        // The innovations of the best model give the correlation without the effects that can be explained.
         self.inflation = match tried.first_mut() {
             Some((_, best)) => best.inflation(setting)?,
             None => self.current.inflation(setting)?,
@@ -162,7 +163,7 @@ impl State {
         Ok(tried)
     }
 
-    /// The second half: the likeliest are judged, and one of them may be found worth adopting.
+    /// The second half: judges the likeliest causes and selects at most one to adopt.
     ///
     /// # Errors
     /// As [`FittedModel::cross_fit`].
@@ -193,7 +194,7 @@ impl State {
         Ok(Judged { tried, held, adopted, ladder })
     }
 
-    /// Adopts what was found worth it; true if there was anything.
+    /// Adopts the selected cause; false without one.
     pub fn adopt(&mut self, judged: Judged) -> bool {
         let Judged { tried, held, adopted, ladder } = judged;
         if let Some(adopted) = adopted {
@@ -202,13 +203,13 @@ impl State {
         adopted.is_some()
     }
 
-    /// The causes that the present model may have besides: one of a family at most.
+    /// The causes that the present model may still get: at most one of a family.
     fn to_try(&self, causes: &[&'static Extension]) -> Vec<&'static Extension> {
         let has = |family: &str| self.current.causes.iter().any(|cause| cause.family() == family);
         causes.iter().copied().filter(|cause| !has(cause.family())).collect()
     }
 
-    /// Refits the present model from where the causes took it: a gain must not be due to a better fit of the rest.
+    /// Refits the present model from the parameters of the causes: a gain must not come from a better fit of the rest.
     fn improve(
         &mut self,
         setting: &Context<'_>,
@@ -248,8 +249,8 @@ impl State {
         }
     }
 
-    /// Adopts. `ladder` is the first row of this round, whose rows are in the
-    /// order of `tried`: what was as likely as a cause of an earlier round is no rival of this one.
+    /// Adopts a cause. `ladder` is the first row of this round; its rows are in the order of `tried`. A rival of a cause from an earlier
+    /// round is not a rival of this one.
     fn take(&mut self, chosen: usize, tried: Vec<ScreenedCause>, held: Vec<Option<CrossValidated>>, ladder: usize) {
         let rows = &self.ladder[ladder..];
         let of = tried[chosen].0;

@@ -1,4 +1,4 @@
-//! What a search keeps of the rounds, without fitting anything.
+//! The state of a search over the rounds, without any fit.
 
 use super::*;
 use crate::calibrate::Overrides;
@@ -42,7 +42,7 @@ fn a_rival_of_one_round_is_none_of_the_next() {
 fn causes_that_hide_each_other_explain_no_more_than_the_whole() {
     let drives = [made_up::drive("made_up.csv", 0.0)];
     let mut search = search(candidate(&drives, &["perception_delay", "leader_accel_ff"]), Vec::new());
-    // 50 nats each, what the removal of either costs; they gain 60 over the base, and then 500.
+    // 50 nats each, which the removal of either costs; together they gain 60 over the base, and then 500.
     search.bare = -60.0;
     assert_eq!(search.explained(), 60.0);
     search.bare = -500.0;

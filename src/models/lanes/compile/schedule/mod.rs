@@ -36,8 +36,8 @@ pub struct Schedule {
     pub wanted: Vec<Row>,
 }
 
-/// Schedules the operations in `wanted`. Operations in `bound` are in rows already; a wanted one may name the row it must go to.
-/// `shared` shows which operations have one result for all lanes.
+/// Schedules the operations in `wanted`. Operations in `bound` have rows already; a wanted one may name its target row. `shared` marks
+/// operations with one result for all lanes.
 pub fn schedule(
     ops: &Ops,
     shared: &[bool],
@@ -77,7 +77,7 @@ pub fn schedule(
     let mut absorbed = vec![false; ops.len()];
     // The scheduled operation, its form, and its operands.
     let mut plan: Vec<(Vec<Id>, Code, Vec<Id>)> = Vec::new();
-    // From the end, so that an operation that was absorbed absorbs nothing itself.
+    // From the end, so that an operation that was absorbed absorbs nothing.
     for id in (0..ops.len()).rev() {
         if uses[id] == 0 || is_bound(id) || absorbed[id] {
             continue;

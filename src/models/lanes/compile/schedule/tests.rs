@@ -14,7 +14,7 @@ const INPUTS: usize = 6;
 const LITERALS: [f32; 3] = [0.0, 1.0, -2.5];
 const LANES: usize = 16;
 
-/// Operations at random, mostly on recent ones, so that long chains come about.
+/// Random operations, mostly on recent ones, so that long chains occur.
 fn random_ops(random: &mut ChaCha8Rng) -> Ops {
     let mut ops = Ops::default();
     for i in 0..INPUTS {
@@ -47,7 +47,7 @@ fn random_ops(random: &mut ChaCha8Rng) -> Ops {
                 ops.push(Op::Select { condition, accept: c, reject: a })
             }
             4 => {
-                // Of a literal, as a clamp is.
+                // With a literal, as in a clamp.
                 let high = ops.push(Op::Binary(Binary::Max, a, INPUTS));
                 ops.push(Op::Binary(Binary::Min, high, INPUTS + 1))
             }
@@ -104,7 +104,7 @@ fn one_by_one(ops: &Ops, inputs: &[f32; INPUTS]) -> Vec<f32> {
             Op::Unary(Unary::Sqrt, a) => operation::Sqrt::of(values[a]),
             Op::Select { condition, accept, reject } => values[if values[condition] == 0.0 { reject } else { accept }],
             Op::Binary(kind, left, right) => {
-                // Which zero is the larger one does not matter, but a literal is looked at last.
+                // Which of two zeros is the larger one does not matter, but a literal is compared last.
                 let of_literal = |id: Id| ops.literal(id).is_some();
                 let (a, b) = (values[left], values[right]);
                 match kind {
@@ -138,7 +138,7 @@ fn instructions_do_what_their_operations_do() {
         let names: Vec<String> = (0..INPUTS).map(|i| i.to_string()).collect();
         let inputs = names.iter().cloned().zip(0..).collect();
         let flat = Flat { ops: random_ops(&mut random), inputs, outputs: Vec::new() };
-        // In half of the cases all lanes have the first four in common, which Eq. 1 wants of dx_l and dt.
+        // In half of the cases all lanes share the first four, as Eq. 1 requires of dx_l and dt.
         let common = if seed % 2 == 0 { &names[..4] } else { &[] };
         let shared = flat.shared(&common.iter().map(String::as_str).collect::<Vec<_>>());
         let ops = flat.ops;

@@ -4,14 +4,14 @@ use super::super::role::Role;
 use super::Long;
 use std::collections::HashMap;
 
-/// In place of a row: the vehicle ahead is named, but absent at this time.
+/// Instead of a row: the vehicle ahead is named, but absent at this time.
 pub(super) const ABSENT: u32 = u32::MAX;
 
 impl Long<'_> {
     /// The vehicle that each row names, and its row at the same time; and how many vehicles follow one that the table does not have.
     pub(super) fn named_ahead(&self) -> (Vec<Option<(u32, u32)>>, usize) {
         let ahead = self.table.names(Role::Ahead).expect("a map without it is refused, or searches");
-        // Several vehicles may have a number, one after the other.
+        // Several vehicles may have the same number, one after the other.
         let mut bearers: HashMap<(u32, u32), Vec<u32>> = HashMap::new();
         for (vehicle, one) in (0..).zip(&self.vehicles) {
             bearers.entry(one.key).or_default().push(vehicle);

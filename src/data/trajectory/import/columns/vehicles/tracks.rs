@@ -1,4 +1,4 @@
-//! Which rows belong to which vehicle: a number that is absent for long, or elsewhere after a pause, is another vehicle.
+//! Assigns rows to vehicles: a number that is absent for long, or elsewhere after a pause, is another vehicle.
 
 use super::super::map::{ColumnMap, Direction};
 use super::super::role::Role;
@@ -13,7 +13,7 @@ use std::collections::HashMap;
 
 /// A vehicle that is absent for longer than this starts a new pair \[s\]: the pause is never interpolated.
 pub(super) const ABSENCE_MAX_S: f64 = 60.0;
-/// A vehicle that is further back than this after a pause is another one \[m\]: more than the errors of sensors.
+/// A vehicle that is further back than this after a pause is another one \[m\]: the distance exceeds errors of sensors.
 const BACK_M: f64 = 10.0;
 
 /// One vehicle: its rows in the order of time.
