@@ -163,6 +163,7 @@ fn a_copy_under_another_name_is_searched_in_the_same_way() {
 fn what_could_not_be_tried_is_listed_with_its_reason() {
     let (text, json) =
         diagnosed("untried", &[], &[("broken.wgsl", BROKEN), ("late.wgsl", LATE), ("fixed.wgsl", FIXED)]);
+    let flat = text.split_whitespace().collect::<Vec<_>>().join(" ");
     let listed = json["not_tried"].as_array().expect("a list");
     let expected = [
         ("broken", "gives no finite result at any size tried"),
@@ -175,7 +176,7 @@ fn what_could_not_be_tried_is_listed_with_its_reason() {
         let entry = listed.iter().find(|entry| entry["name"] == name).unwrap_or_else(|| panic!("{name}: {json}"));
         assert_eq!(entry["reason"].as_str(), Some(reason));
         assert!(entry["remedy"].as_str().is_some_and(|remedy| !remedy.is_empty()), "{entry}");
-        assert!(text.contains(&format!("{name}: {}", &reason[..20])), "{text}");
+        assert!(flat.contains(&format!("{name} ({reason})")), "{text}");
         assert!(names(&json["ladder"]).iter().all(|tried| *tried != name), "{name} was tried");
     }
     assert!(names(&json["causes"]).is_empty(), "{text}");

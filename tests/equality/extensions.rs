@@ -400,7 +400,7 @@ fn bounds_of_a_delay_are_those_of_the_search() {
         (refused, error.map(|_| ()).map_err(|error| error.to_string()))
     };
     let (refused, error) = at(variant, 4.0);
-    assert!(refused.starts_with("tp: expected at most 3 s, found 4; the upper bound of tp says"), "{refused}");
+    assert!(refused.starts_with("tp: expected at most 3 s, found 4; the upper bound of tp limits"), "{refused}");
     assert_eq!(error, Err(refused));
     let (refused, _) = at(with("l-gipps+delay", &[delay]), 4.0);
     assert!(refused.starts_with("tau_p + tp: expected at most 3.8 s, found 4."), "{refused}");

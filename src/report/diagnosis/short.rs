@@ -86,7 +86,7 @@ fn unexplained(outcome: &Outcome) -> String {
 const LEAST_UNEXPLAINED: f64 = 0.005;
 
 /// The text with a capital first letter.
-pub fn capitalised(text: &str) -> String {
+pub(super) fn capitalised(text: &str) -> String {
     let mut letters = text.chars();
     letters.next().map_or_else(String::new, |first| first.to_uppercase().chain(letters).collect())
 }

@@ -5,7 +5,7 @@ use super::{Chart, MadeBy, Page, between, escape, short};
 use crate::diagnose::describe::gain::Gain;
 use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, meaning};
 use crate::report::diagnosis::pictures;
-use crate::report::diagnosis::short::{capitalised, in_short};
+use crate::report::diagnosis::short::in_short;
 use crate::result::diagnosis::recommended::{HorizonGain, Trial};
 use crate::result::diagnosis::{CauseEntry, HeldBackEntry, Outcome, ParameterEntry};
 
@@ -99,7 +99,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
 
 fn causes(page: &mut Page, outcome: &Outcome) {
     page.section("causes", "What explains it?");
-    page.paragraph(&capitalised(&outcome.reason));
+    page.paragraph(&format!("Reason: {}.", outcome.reason));
     if let Some(why) = &outcome.closed_loop.not_testable {
         page.paragraph(&format!("No extension was tried on unseen drives: {why}."));
     }
@@ -113,7 +113,9 @@ fn causes(page: &mut Page, outcome: &Outcome) {
             let mut row = vec![trial.causes.join(" + ")];
             let percent = |gain: &HorizonGain| {
                 let [low, high] = gain.interval;
-                format!("{:.1} [{:.1}, {:.1}]", 100.0 * gain.gain, 100.0 * low, 100.0 * high)
+                // A minus sign, because a table takes a hyphen in front of text for a formula; adding 0 turns -0 into 0.
+                let [gain, low, high] = [gain.gain, low, high].map(|share| (1000.0 * share).round() / 10.0 + 0.0);
+                format!("{gain:.1} [{low:.1}, {high:.1}]").replace('-', "−")
             };
             row.extend(trial.horizons.iter().map(percent));
             let failed = trial.checks.iter().find(|check| !check.met);
