@@ -192,7 +192,7 @@ fn of_nested_models_the_larger_has_to_earn_it() {
                 assert!(delayed["best"].as_u64() <= Some(1), "{said}");
                 assert_eq!(idm["chosen"], true, "{said}");
                 assert!(
-                    said.contains("not distinguishable") || said.contains("idm follows these drivers best"),
+                    said.contains("undecided") || said.contains("idm follows these drivers best"),
                     "{said}"
                 );
             } else {

@@ -42,7 +42,7 @@ impl Behind {
         if self.mean == 0.0 && low == high {
             "the lowest".to_owned()
         } else if self.is_open() {
-            "not distinguishable".to_owned()
+            "undecided".to_owned()
         } else {
             format!("{:.1} to {:.1} %", 100.0 * low, 100.0 * high)
         }
