@@ -100,6 +100,24 @@ impl Entry {
         &self.causes[base.causes.len()..]
     }
 
+    /// The value of a parameter at which it does nothing.
+    #[must_use]
+    pub fn neutral(&self, k: usize) -> f64 {
+        let axis = &self.model.axes[k];
+        self.model.symbols[k].neutral().unwrap_or(axis.lower).clamp(axis.lower, axis.upper)
+    }
+
+    /// True if a cause has a size at a horizon: a parameter that is farther from its neutral value than this share of its axis.
+    #[must_use]
+    pub fn has_size(&self, cause: &'static Extension, horizon: usize, none: f64) -> bool {
+        let Some(fit) = &self.fits[horizon] else { return false };
+        let distance = |k: usize| {
+            let axis = &self.model.axes[k];
+            (axis.coordinate(fit.whole[k]) - axis.coordinate(self.neutral(k))).abs()
+        };
+        self.model.positions(cause).into_iter().any(|k| distance(k) >= none)
+    }
+
     /// True if it gains at least this share on its training data, at one horizon or more.
     #[must_use]
     pub fn is_worth(&self, base: &Entry, share: f64) -> bool {

@@ -400,7 +400,8 @@ fn power(entered: &[Entry], table: &Table, bins: usize) -> Option<Power> {
     let (t, minutes) = (table.rows[best].t, bins as f64 * loss::BIN_S / 60.0);
     // Standard errors fall with the root of the time.
     let more = minutes * ((needed / t).powi(2) - 1.0);
-    gain.is_finite().then(|| Power {
+    // A gain that is large enough lacks something else than driving.
+    (gain.is_finite() && t < needed).then(|| Power {
         gain,
         causes: names(&entered[best].causes),
         minutes: (t >= 1.0).then_some(more.max(0.0)),
@@ -419,7 +420,10 @@ fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec<Str
 /// The families common to all models with causes that cannot be distinguished from the best at a horizon, provided that the reference can
 /// be distinguished and the model with all these families beats it by more than chance.
 fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Option<Named> {
-    let has = |k: usize, family: &str| entered[k].causes.iter().any(|cause| cause.family() == family);
+    // A cause of no size makes a model no other one.
+    let counts = |k: usize, cause: &'static Extension| entered[k].has_size(cause, OF_A_NAME, policy.none);
+    let has =
+        |k: usize, family: &str| entered[k].causes.iter().any(|cause| cause.family() == family && counts(k, cause));
     let (mut families, mut members): (Vec<&str>, Vec<usize>) = (Vec::new(), Vec::new());
     for set in table.sets.iter().filter(|set| !set.reference) {
         let own: Vec<usize> = (0..entered.len()).filter(|&k| set.models[k]).collect();
@@ -442,7 +446,7 @@ fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Opt
     let causes: Vec<&'static Extension> = entered[best].causes.iter().copied().filter(is_named).collect();
     let mut rivals = Vec::new();
     for cause in &causes {
-        let others = members.iter().flat_map(|k| &entered[*k].causes);
+        let others = members.iter().flat_map(|&k| entered[k].causes.iter().filter(move |other| counts(k, other)));
         for other in others.filter(|other| other.family() == cause.family() && *other != cause) {
             if !rivals.contains(&(*cause, *other)) {
                 rivals.push((*cause, *other));

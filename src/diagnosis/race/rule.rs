@@ -49,7 +49,7 @@ fn spread(policy: &Policy, entry: &Entry, added: &[&'static Extension]) -> f64 {
     let fits = || entry.fits.iter().zip(Horizon::ALL).filter(|(_, horizon)| *horizon != Horizon::Step);
     let ratio = |k: usize| {
         let axis = &model.axes[k];
-        let neutral = model.symbols[k].neutral().unwrap_or(axis.lower).clamp(axis.lower, axis.upper);
+        let neutral = entry.neutral(k);
         let of = |(fit, horizon): (&Option<Fit>, Horizon)| {
             let folds =
                 fit.iter().filter(move |_| horizon.is_whole()).flat_map(|fit| &fit.judged).flat_map(|j| &j.folds);
