@@ -182,7 +182,7 @@ fn why_not(outcome: &Outcome) -> String {
     let named = |trial: &&Trial| trial.causes.iter().all(|name| outcome.causes.iter().any(|cause| cause.name == *name));
     let best = outcome.closed_loop.trials.iter().filter(named).max_by(|a, b| a.gain.total_cmp(&b.gain));
     let check = best.and_then(|trial| trial.checks.iter().find(|check| !check.met));
-    check.map_or(String::new(), |check| format!(" ({}: {:.1}, limit {:.1})", check.name, check.value, check.limit))
+    check.map_or(String::new(), |check| format!(" ({})", check.in_words()))
 }
 
 fn names(recommended: &Recommended) -> String {

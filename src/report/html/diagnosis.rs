@@ -3,6 +3,7 @@
 use super::budget::budget;
 use super::{Chart, MadeBy, Page, between, escape, short};
 use crate::diagnose::describe::gain::Gain;
+use crate::internal::judge::Check;
 use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, meaning};
 use crate::report::diagnosis::pictures;
 use crate::report::diagnosis::short::in_short;
@@ -123,9 +124,7 @@ fn causes(page: &mut Page, outcome: &Outcome) {
                 format!("{:.1}", trial.standard_errors),
                 format!("{:.4}", trial.probability),
                 if trial.in_set { "yes" } else { "no" }.to_owned(),
-                failed.map_or("passes".to_owned(), |check| {
-                    format!("{}: {}, limit {}", check.name, short(check.value), short(check.limit))
-                }),
+                failed.map_or("passes".to_owned(), Check::in_words),
             ]);
             row
         };
