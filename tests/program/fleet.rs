@@ -191,10 +191,7 @@ fn of_nested_models_the_larger_has_to_earn_it() {
             if late == 0 {
                 assert!(delayed["best"].as_u64() <= Some(1), "{said}");
                 assert_eq!(idm["chosen"], true, "{said}");
-                assert!(
-                    said.contains("undecided") || said.contains("idm follows these drivers best"),
-                    "{said}"
-                );
+                assert!(said.contains("undecided") || said.contains("idm follows these drivers best"), "{said}");
             } else {
                 assert!(delayed["best"].as_u64() > Some(1) && idm["best"].as_u64() == Some(0), "{said}");
                 assert_eq!(delayed["chosen"], true, "{said}");
