@@ -52,7 +52,7 @@ pub struct Diagnosis {
     pub inference: Inference,
     /// The base model.
     pub base: Described,
-    /// The recommended model, otherwise the one with the adopted causes. Without the latter it has no missing accelerations.
+    /// The recommended model, otherwise the one with the adopted causes. It has missing accelerations only if the likelihood fits the same one.
     pub extended: Option<Described>,
 }
 
@@ -97,7 +97,12 @@ pub fn describe(
         Described { series: series(question, &inference.base, lap), runs: base_model.runs(question, compared, &[])? };
     let extended = match &extended_model {
         Some(model) => Some(Described {
-            series: if adopted.is_empty() { Vec::new() } else { series(question, &inference.extended, lap) },
+            // The missing acceleration is known of the model that the likelihood fits.
+            series: if !adopted.is_empty() && model.variant == inference.extended.variant {
+                series(question, &inference.extended, lap)
+            } else {
+                Vec::new()
+            },
             runs: model.runs(question, [compared[1], compared[0]], adopted)?,
         }),
         None => None,
