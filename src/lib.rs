@@ -69,7 +69,7 @@ pub mod internal {
     pub mod sumo;
 
     pub use leadlag_data::{statistics, text, trajectory, vehicle, whole};
-    pub use leadlag_diagnosis::{describe, diagnose, judge, race, result};
+    pub use leadlag_diagnosis::{describe, diagnose, drivers, judge, race, result};
     #[cfg(feature = "gpu")]
     pub use leadlag_models::gpu;
     pub use leadlag_models::{
@@ -83,9 +83,9 @@ use internal::gpu;
 #[cfg(feature = "cli")]
 use internal::{bench, by_hand, evaluate};
 use internal::{
-    calibrate, catalog, convention, describe, diagnose, evaluator, extension, fleet, identify, lanes, optimize, plant,
-    race, reference, rescore, result, score, select, simulate, statistics, study, symbols, text, trajectory, vehicle,
-    wgsl, whole,
+    calibrate, catalog, convention, describe, diagnose, drivers, evaluator, extension, fleet, identify, lanes,
+    optimize, plant, race, reference, rescore, result, score, select, simulate, statistics, study, symbols, text,
+    trajectory, vehicle, wgsl, whole,
 };
 #[cfg(feature = "report")]
 use internal::{report, sumo};

@@ -3,6 +3,7 @@
 use super::bounds::{checked_single, read_bounds};
 use super::drive::Drive;
 use super::error::{Error, Usage};
+use super::fleet::Pairs;
 use super::once::Samples;
 use super::reading::{Loaded as Picked, Reading, start_assumed};
 use crate::calibrate::Overrides;
@@ -12,13 +13,17 @@ use crate::diagnose::data::check;
 use crate::diagnose::drive::drivers::different_drivers;
 use crate::diagnose::drive::road::{lap, on_the_road_of};
 use crate::diagnose::drive::{drives_apart, hold_back};
-use crate::diagnose::{Drive as Diagnosed, Effort, Progress, Question, infer};
+use crate::diagnose::{Drive as Diagnosed, DriveError, Effort, Progress, Question, infer};
+use crate::drivers::of_fleet;
 use crate::extension::Extension;
-use crate::race::{NotFollowed, Policy, Request, race, rounds};
+use crate::fleet::Drive as OfFleet;
+use crate::race::loss::SHORTEST_S;
+use crate::race::{NotFollowed, Policy, Request, Unit, race, rounds};
 use crate::result::diagnosis::{DataEntry, FindingEntry, Outcome};
 use crate::text::spelling::any_of;
 use crate::trajectory::{Note, Recording, Trajectory};
 use crate::wgsl::{library, read_extension};
+use indexmap::IndexMap;
 use std::fmt;
 use std::ops::ControlFlow;
 use std::sync::Arc;
@@ -48,10 +53,16 @@ pub struct Diagnosis {
 /// Result of a diagnosis.
 #[derive(Debug, Clone)]
 pub struct Findings {
-    described: Arc<Described>,
-    /// The training data, and the held-back data.
-    #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the command line writes them"))]
-    drives: Arc<[Vec<Diagnosed>; 2]>,
+    found: Arc<Found>,
+}
+
+/// A diagnosis with what its files need.
+#[derive(Debug)]
+pub(crate) enum Found {
+    /// Of one car: its models in detail, the training data, and the held-back data.
+    OneCar(Box<Described>, [Vec<Diagnosed>; 2]),
+    /// Of a fleet.
+    Fleet(Box<Outcome>),
 }
 
 /// A follower of a recording, not yet read.
@@ -182,27 +193,13 @@ impl Loading {
         let soundness = check(&recording, platoon, follower)?;
         // Causes read the grade, whatever the base model does.
         start_assumed(&picked.trajectory).filter(|_| !self.data_only).into_iter().for_each(&mut *warn);
-        let path = recording.source.path.clone();
         let units = picked.trajectory.notes.iter().find(|note| matches!(note, Note::UnitsContradict { .. }));
         let units = units.map(ToString::to_string);
         let mut findings = FindingEntry::of(&picked.trajectory);
         // Report a unit error first and only once, because it explains every wrong size.
         findings.retain(|finding| units.is_none() || finding.name != "unit");
         let trajectory = &picked.trajectory;
-        let mut entry = DataEntry {
-            path,
-            sha256: trajectory.source.sha256.clone(),
-            follower,
-            name: trajectory.name.clone(),
-            trajectory: trajectory.id.clone(),
-            role: role.to_owned(),
-            window_s: [trajectory.t[0], trajectory.t[trajectory.len() - 1]],
-            samples: trajectory.len(),
-            gap_rate_rms_mps: None,
-            unseen: Vec::new(),
-            units,
-            moved_m: None,
-        };
+        let mut entry = DataEntry { units, ..DataEntry::of(trajectory, role) };
         entry.take(&soundness);
         Ok(Examined { picked, entry, findings })
     }
@@ -237,7 +234,15 @@ impl Asked<'_> {
         let Asked { base, effort, seed, causes, bounds } = *self;
         let policy = Policy::DEFAULT;
         let question = Question { train: &loaded.train, holdout: &loaded.holdout, base, effort, seed, causes, bounds };
-        let request = Request { drives: &loaded.whole, base, causes, bounds, seed, rounds: rounds(effort) };
+        let request = Request {
+            drives: &loaded.whole,
+            unit: Unit::Recording,
+            base,
+            causes,
+            bounds,
+            seed,
+            rounds: rounds(effort),
+        };
         let all: Vec<&Diagnosed> = if loaded.trained.is_empty() {
             loaded.whole.iter().chain(&loaded.holdout).collect()
         } else {
@@ -255,6 +260,64 @@ impl Asked<'_> {
         found.outcome.held_back = std::mem::take(&mut loaded.held_back);
         Ok(found)
     }
+}
+
+impl Asked<'_> {
+    /// The answer for a fleet.
+    pub(crate) fn of_fleet(
+        &self,
+        pairs: &Pairs,
+        progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+    ) -> anyhow::Result<Outcome> {
+        let Asked { base, effort, seed, causes, bounds } = *self;
+        let (mut drives, mut unusable, mut files) = (Vec::new(), Vec::new(), IndexMap::<&str, DataEntry>::new());
+        for pair in &pairs.pairs {
+            let cut = |drive: &OfFleet| Ok(Diagnosed::pieces(&drive.trajectory, drive.vehicle.as_ref(), SHORTEST_S)?.0);
+            let pieces = pair.drive.as_ref().map_err(Clone::clone);
+            match pieces.and_then(|drive| cut(drive).map_err(|error: DriveError| error.to_string())) {
+                Ok(pieces) => drives.extend(pieces),
+                Err(why) => {
+                    unusable.push([pair.place(), why]);
+                    continue;
+                }
+            }
+            let Ok(OfFleet { trajectory, .. }) = &pair.drive else { continue };
+            let of_file = || DataEntry { name: String::new(), trajectory: None, ..DataEntry::of(trajectory, "train") };
+            let entry = files.entry(&pair.file).or_insert_with(of_file);
+            let DataEntry { window_s: [from, to], samples, .. } = entry;
+            let own = [trajectory.t[0], trajectory.t[trajectory.len() - 1]];
+            (*from, *to, *samples) = (from.min(own[0]), to.max(own[1]), *samples + trajectory.len());
+        }
+        if drives.is_empty() {
+            let first = unusable.first().map_or(String::new(), |[place, why]| format!("; the first: {place}: {why}"));
+            anyhow::bail!("none of {} pairs can be used{first}", pairs.len());
+        }
+        let request =
+            Request { drives: &drives, unit: Unit::Driver, base, causes, bounds, seed, rounds: rounds(effort) };
+        let mut outcome = of_fleet(&request, effort, progress)?;
+        outcome.data = files.into_values().collect();
+        outcome.data_findings = findings(pairs);
+        outcome.fleet.iter_mut().for_each(|fleet| fleet.unusable.append(&mut unusable));
+        Ok(outcome)
+    }
+}
+
+/// Faults of the drives: the first of each kind and file, with the number of drives.
+fn findings(pairs: &Pairs) -> Vec<FindingEntry> {
+    let mut all: IndexMap<(String, String), (FindingEntry, usize)> = IndexMap::new();
+    for drive in pairs.pairs.iter().filter_map(|pair| pair.drive.as_ref().ok()) {
+        let mut own = FindingEntry::of(&drive.trajectory);
+        own.dedup_by(|a, b| a.name == b.name);
+        for finding in own {
+            let key = (finding.file.clone(), finding.name.clone());
+            all.entry(key).or_insert_with(|| (finding, 0)).1 += 1;
+        }
+    }
+    let told = |(mut finding, count): (FindingEntry, usize)| {
+        finding.sentence = format!("in {count} of {} drives; the first: {}", pairs.len(), finding.sentence);
+        finding
+    };
+    all.into_values().map(told).collect()
 }
 
 fn sources<'a>(drives: &[&'a Drive]) -> Vec<Source<'a>> {
@@ -349,34 +412,69 @@ impl Diagnosis {
         holdout: &[&Drive],
         progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
     ) -> Result<Findings, Error> {
-        // Before the long computation. The bounds also apply to causes, because the diagnosis searches these, too.
-        let mut bounds = read_bounds(&self.bounds, &self.base)?;
-        let of_causes = self.causes.iter().flat_map(|cause| &cause.parameters).copied();
-        let mut known = self.base.parameters();
-        known.extend(of_causes.filter(|symbol| !self.base.parameters().contains(symbol)));
-        bounds.extend(checked_single(&self.single, &self.base, &known)?);
+        // Before the long computation.
+        let bounds = self.all_bounds()?;
         let loading = Loading { variant: self.base, data_only: false };
         // Each drive knows how to read it; the diagnosis decides whether to correct it.
         let asked: Vec<Drive> = drives.iter().chain(holdout).map(|drive| drive.corrected(self.correct)).collect();
         let asked: Vec<&Drive> = asked.iter().collect();
         let (drives, holdout) = asked.split_at(drives.len());
         let mut loaded = loading.load(sources(drives), sources(holdout), &mut |_| {})?;
+        let described = Box::new(self.asked(&bounds).answer(&mut loaded, progress)?);
+        Ok(Findings { found: Arc::new(Found::OneCar(described, [loaded.train, loaded.holdout])) })
+    }
+
+    /// Diagnoses a fleet: one law for all drivers, judged on drivers that its fits leave out. A pair that cannot be used is listed with the
+    /// reason.
+    ///
+    /// # Errors
+    /// For invalid bounds, or without a usable pair.
+    pub fn run_all(&self, pairs: &Pairs) -> Result<Findings, Error> {
+        self.run_all_on(pairs, &mut |_| ControlFlow::Continue(()))
+    }
+
+    /// The same with `progress`; if it breaks, the diagnosis ends with an error.
+    ///
+    /// # Errors
+    /// As [`Diagnosis::run_all`].
+    pub fn run_all_on(
+        &self,
+        pairs: &Pairs,
+        progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+    ) -> Result<Findings, Error> {
+        let bounds = self.all_bounds()?;
+        let outcome = self.asked(&bounds).of_fleet(pairs, progress)?;
+        Ok(Findings { found: Arc::new(Found::Fleet(Box::new(outcome))) })
+    }
+
+    fn asked<'a>(&'a self, bounds: &'a Overrides) -> Asked<'a> {
         let Diagnosis { base, effort, seed, ref causes, .. } = *self;
-        let asked = Asked { base, effort, seed, causes, bounds: &bounds };
-        let described = Arc::new(asked.answer(&mut loaded, progress)?);
-        Ok(Findings { described, drives: Arc::new([loaded.train, loaded.holdout]) })
+        Asked { base, effort, seed, causes, bounds }
+    }
+
+    /// The bounds of the model and of causes, which the diagnosis searches, too.
+    fn all_bounds(&self) -> Result<Overrides, Error> {
+        let mut bounds = read_bounds(&self.bounds, &self.base)?;
+        let of_causes = self.causes.iter().flat_map(|cause| &cause.parameters).copied();
+        let mut known = self.base.parameters();
+        known.extend(of_causes.filter(|symbol| !self.base.parameters().contains(symbol)));
+        bounds.extend(checked_single(&self.single, &self.base, &known)?);
+        Ok(bounds)
     }
 }
 
 impl Findings {
     fn outcome(&self) -> &Outcome {
-        &self.described.outcome
+        match &*self.found {
+            Found::OneCar(described, _) => &described.outcome,
+            Found::Fleet(outcome) => outcome,
+        }
     }
 
-    /// All output: the diagnosis and its drives.
+    /// All output.
     #[cfg(feature = "cli")]
-    pub(crate) fn parts(&self) -> (&Described, &[Vec<Diagnosed>; 2]) {
-        (&self.described, &self.drives)
+    pub(crate) fn found(&self) -> &Found {
+        &self.found
     }
 
     /// The answer in a word: `named`, `nothing`, `ambiguous`, `unexplained`, `not_testable`.

@@ -42,6 +42,7 @@ mod simulate;
 mod study;
 mod synth;
 
+use crate::api::diagnosis::Found;
 use crate::api::error::Usage;
 use crate::api::{Drive, Error, Findings, Fit};
 use anyhow::Context;
@@ -226,8 +227,10 @@ pub fn save(fit: &Fit, drives: &[&Drive], folder: &Path) -> Result<(), Error> {
 /// # Errors
 /// When the folder cannot be written.
 pub fn save_findings(findings: &Findings, folder: &Path) -> Result<(), Error> {
-    let (diagnosis, [train, holdout]) = findings.parts();
-    Ok(diagnose::write::files(folder, diagnosis, train, holdout)?)
+    Ok(match findings.found() {
+        Found::OneCar(diagnosis, [train, holdout]) => diagnose::write::files(folder, diagnosis, train, holdout)?,
+        Found::Fleet(outcome) => diagnose::write::of_fleet(folder, outcome)?,
+    })
 }
 
 /// The page that `report` makes of the main file of a folder: `result.json`, `diagnosis.json`, `fleet.json` or `tasks.jsonl`.

@@ -2,7 +2,6 @@
 
 use crate::calibrate::CalibrateError;
 use crate::catalog::Variant;
-use crate::convention::Convention;
 use crate::diagnose::describe::covariates::Covariates;
 use crate::diagnose::describe::error_breakdown::{Errors, budget};
 use crate::diagnose::describe::free::{BrokenOffEntry, Free, free};
@@ -13,10 +12,9 @@ use crate::diagnose::likelihood::observer::{Noise, design};
 use crate::diagnose::{Adopted, Fitted, Inference, POLICY, Progress, Question, Verdict};
 use crate::extension::Extension;
 use crate::race::{Answer, Delivered, combine};
-use crate::result::diagnosis::recommended::ClosedLoopEntry;
 use crate::result::diagnosis::{
     CauseEntry, DriveEntry, ErrorsEntry, HeldBackEntry, LeftOverEntry, ModelEntry, NotTriedEntry, Outcome,
-    ParameterEntry, RungEntry, SCHEMA_VERSION,
+    ParameterEntry, RungEntry,
 };
 use crate::symbols::Parameters;
 use std::ops::ControlFlow;
@@ -137,13 +135,11 @@ pub fn describe(
     }
     let entries = |causes: &[Adopted]| causes.iter().map(CauseEntry::from).collect();
     let outcome = Outcome {
-        schema_version: SCHEMA_VERSION,
         verdict: inference.verdict,
         reason: inference.reason.clone(),
         causes: entries(adopted),
         confounded_with: if named { entries(&inference.confounded_with) } else { Vec::new() },
         not_testable: inference.not_testable.clone(),
-        data_findings: Vec::new(),
         gain: measured,
         gain_error,
         base_held_back: held_back(
@@ -152,24 +148,11 @@ pub fn describe(
             &base.runs[trained..],
             extended.as_ref().map(|e| &e.runs[trained..]),
         ),
-        recommended: None,
-        power: None,
-        base_laws: Vec::new(),
-        base_notes: Vec::new(),
         left_over,
         simulations: inference.simulations,
         complete: inference.complete,
         not_tried: inference.untried.iter().map(|(cause, why)| NotTriedEntry::new(&cause.name, why)).collect(),
-        program: concat!("leadlag ", env!("CARGO_PKG_VERSION")).to_owned(),
-        evaluator: "lanes".to_owned(),
-        precision: "f64".to_owned(),
-        adapter: None,
-        convention: Convention::PAPER.to_string(),
-        seed: question.seed,
-        effort: question.effort.into_str().to_owned(),
-        data: Vec::new(),
         drives: drives(question),
-        held_back: String::new(),
         base: Some(base_model.entry(&inference.base)),
         extended: extended_model.map(|model| model.entry(&inference.extended)),
         budget: budget(&errors),
@@ -177,8 +160,8 @@ pub fn describe(
         missing,
         missing_left,
         ladder: inference.ladder.iter().map(RungEntry::from).collect(),
-        closed_loop: ClosedLoopEntry::default(),
         policy: serde_json::to_value(POLICY).unwrap_or_default(),
+        ..Outcome::new(question.effort, question.seed)
     };
     let mut found = Diagnosis { outcome, inference, base, extended };
     combine(&mut found.outcome, answer);

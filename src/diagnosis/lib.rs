@@ -4,6 +4,7 @@
 
 pub mod describe;
 pub mod diagnose;
+pub mod drivers;
 pub mod judge;
 pub mod race;
 pub mod result;

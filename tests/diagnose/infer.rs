@@ -7,7 +7,7 @@ use leadlag::internal::diagnose::search::search_budget::SearchBudget;
 use leadlag::internal::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer, infer_with};
 use leadlag::internal::extension::Extension;
 use leadlag::internal::plant;
-use leadlag::internal::race::{Policy, Request, race};
+use leadlag::internal::race::{Policy, Request, Unit, race};
 use leadlag::internal::trajectory::{Preparation, import, prepare};
 use leadlag::internal::wgsl::extension_named;
 use std::ops::ControlFlow;
@@ -89,7 +89,8 @@ fn two_that_hide_each_other() {
     let causes = causes(&["actuation_lag", "perception_delay", "leader_accel_ff", "dead_zone"]);
     let bounds = Overrides::new();
     let base = "l-cth".parse().expect("a base");
-    let request = Request { drives: &drives, base, causes: &causes, bounds: &bounds, seed: 5, rounds: 1 };
+    let request =
+        Request { drives: &drives, unit: Unit::Recording, base, causes: &causes, bounds: &bounds, seed: 5, rounds: 1 };
     let found = race(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())).expect("a race");
     let named = found.named.expect("a name");
     let names: Vec<&str> = named.causes.iter().map(|cause| cause.name.as_str()).collect();

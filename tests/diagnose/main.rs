@@ -8,6 +8,7 @@ mod cli;
 mod data;
 mod describe;
 mod drivers;
+mod fleet;
 mod hidden_effect;
 mod infer;
 mod not_followed;

@@ -4,7 +4,7 @@ use crate::common;
 use leadlag::internal::bench::{DiagnosisTask, planted};
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::Drive;
-use leadlag::internal::race::{NotFollowed, Policy, Request, not_followed, without};
+use leadlag::internal::race::{NotFollowed, Policy, Request, Unit, not_followed, without};
 use leadlag::internal::trajectory::{Preparation, import, prepare};
 use leadlag::internal::wgsl::library;
 
@@ -26,7 +26,7 @@ fn found(drives: &[Drive], base: &str) -> Vec<NotFollowed> {
     let causes: Vec<_> = library().iter().copied().filter(|extension| extension.cause.is_some()).collect();
     let base = base.parse().expect("a base");
     let bounds = Overrides::new();
-    let request = Request { drives, base, causes: &causes, bounds: &bounds, seed: 1, rounds: 1 };
+    let request = Request { drives, unit: Unit::Recording, base, causes: &causes, bounds: &bounds, seed: 1, rounds: 1 };
     not_followed(&request, &Policy::DEFAULT).expect("it runs")
 }
 

@@ -9,7 +9,7 @@ use crate::diagnose::judge::oracle::{Known, known};
 use crate::diagnose::{DiagnoseError, Inference, PROGRAM, Question, Verdict, infer};
 use crate::extension::Extension;
 use crate::plant::Controller;
-use crate::race::{Policy, Request, race, rounds};
+use crate::race::{Policy, Request, Unit, race, rounds};
 use crate::symbols::Parameters;
 use crate::wgsl::{extension_named, library};
 use serde::{Deserialize, Serialize};
@@ -266,6 +266,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
     let inference = infer(&question, &mut |_| ControlFlow::Continue(()));
     let request = Request {
         drives: train,
+        unit: Unit::Recording,
         base: variant,
         causes: &causes,
         bounds: &bounds,

@@ -20,7 +20,7 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
     let files: Vec<String> = args.trained_on().map(|file| file.display().to_string()).collect();
     let mut words = vec!["leadlag".to_owned(), "calibrate".to_owned()];
     words.extend(files.iter().map(|file| quoted(file)));
-    if files.len() > 1 {
+    if files.len() > 1 || args.all {
         words.push("--joint".to_owned());
     }
     let mut flag = |name: &str, value: Option<String>| {

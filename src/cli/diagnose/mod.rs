@@ -10,14 +10,16 @@ use super::evaluator::warn;
 use super::{Exit, Usage, folder, interrupt, output};
 use crate::api::bounds::read_bounds;
 use crate::api::diagnosis::{Asked, built_in};
+use crate::api::fleet::{Pairs, files};
 use crate::api::model::{known, model};
+use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::describe::Diagnosis;
 use crate::diagnose::describe::free::Free;
 use crate::diagnose::{Drive, Effort};
 use crate::extension::Extension;
 use crate::report::diagnosis::text;
-use crate::result::diagnosis::has_bad_data;
+use crate::result::diagnosis::{Outcome, has_bad_data};
 use crate::text::spelling::did_you_mean;
 use crate::wgsl::read_extension;
 use clap::ValueEnum;
@@ -26,11 +28,13 @@ use std::path::PathBuf;
 #[derive(Debug, clap::Args)]
 #[command(override_usage = "leadlag diagnose [OPTIONS] --base <NAME|ID> <FILE>...
        leadlag diagnose [OPTIONS] --base <NAME|ID> --data <FILE,...>
+       leadlag diagnose [OPTIONS] --all --base <NAME|ID> <FILE|FOLDER>...
        leadlag diagnose [OPTIONS] --data-only <FILE>...")]
 #[command(after_help = "Examples:
   leadlag diagnose A.csv B.csv --holdout C.csv --base l-cth --out diagnosis
   leadlag diagnose platoon.csv --follower 2 --data-only
   leadlag diagnose --data A.csv,B.csv --base idm --causes mine.wgsl --json
+  leadlag diagnose pairs.csv --all --base idm --out fleet
 
 Exit codes with --exit-code: 0 named, 3 nothing, 4 ambiguous, 5 unexplained, 6 not testable, 7 bad data.")]
 pub struct Args {
@@ -49,6 +53,9 @@ pub struct Args {
     /// Base model: idm, gipps, l-cth, l-idm, l-gipps, any variant by id or name, or a file with your own law
     #[arg(long, visible_alias = "model", value_name = "MODEL", value_parser = known, required_unless_present = "data_only")]
     pub base: Option<String>,
+    /// Diagnose a fleet: one law for every pair of every file or folder, judged on drivers left out of its fits. Drives may be short
+    #[arg(long, conflicts_with_all = ["holdout", "data_only", "plot"])]
+    pub all: bool,
     /// Only check the data
     #[arg(long)]
     pub data_only: bool,
@@ -81,6 +88,15 @@ pub struct Args {
 }
 
 impl Args {
+    fn asked<'a>(&self, base: Variant, causes: &'a [&'static Extension], bounds: &'a Overrides) -> Asked<'a> {
+        let effort = match self.effort {
+            EffortArg::Quick => Effort::Quick,
+            EffortArg::Normal => Effort::Normal,
+            EffortArg::Thorough => Effort::Thorough,
+        };
+        Asked { base, effort, seed: self.seed, causes, bounds }
+    }
+
     /// The training files, by either option.
     pub fn trained_on(&self) -> impl Iterator<Item = &PathBuf> {
         self.data.iter().chain(&self.files)
@@ -102,6 +118,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let causes = causes(args)?;
     // The data check needs no variant; the check of the preparation only lists the required signals.
     let variant = args.base.as_deref().map_or_else(|| Ok(Variant::from_id(1)?), model)?;
+    if args.all {
+        return of_fleet(args, variant, &causes);
+    }
     let mut loaded = load::load(args, variant)?;
     if args.data_only {
         let faulty = has_bad_data(&loaded.data, &loaded.findings);
@@ -116,22 +135,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return if args.exit_code && faulty { Err(Exit(7).into()) } else { Ok(()) };
     }
     let bounds = read_bounds(&args.bounds, &variant)?;
-    if let Some(out) = &args.out {
-        // Before the work: a refused or unwritable folder must not cost a diagnosis.
-        folder::refuse(out, folder::RESULT, "diagnosis")?;
-        folder::spare(out, args.data.iter().chain(&args.files).chain(&args.holdout), |name| {
-            let own = [("simulation", "csv"), ("simulation", "svg"), ("missing_acceleration", "csv")];
-            own.iter().any(|(stem, ending)| folder::is_of(name, stem, ending))
-        })?;
-        output::make_folder(out)?;
-    }
-    let effort = match args.effort {
-        EffortArg::Quick => Effort::Quick,
-        EffortArg::Normal => Effort::Normal,
-        EffortArg::Thorough => Effort::Thorough,
-    };
-    interrupt::watch_saying("a diagnosis keeps nothing");
-    let asked = Asked { base: variant, effort, seed: args.seed, causes: &causes, bounds: &bounds };
+    begin(args)?;
+    let asked = args.asked(variant, &causes, &bounds);
     let mut bar = bar::Bar::new();
     let found = asked.answer(&mut loaded, &mut |progress| bar.update(&progress));
     bar.finish();
@@ -152,6 +157,52 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(out) = &args.out {
         eprintln!("files in {}", out.display());
     }
+    code(args, outcome)
+}
+
+/// A fleet: every pair of every file.
+fn of_fleet(args: &Args, variant: Variant, causes: &[&'static Extension]) -> anyhow::Result<()> {
+    let bounds = read_bounds(&args.bounds, &variant)?;
+    begin(args)?;
+    let inputs: Vec<&PathBuf> = args.trained_on().collect();
+    let needing = Some(&variant).filter(|variant| variant.needs_vehicle());
+    let follower = args.follower.as_deref();
+    let pairs = Pairs::of_files(&args.prepare.reading(), &files(&inputs)?, follower, needing, &interrupt::asked)?;
+    let mut bar = bar::Bar::new();
+    let found = args.asked(variant, causes, &bounds).of_fleet(&pairs, &mut |progress| bar.update(&progress));
+    bar.finish();
+    let outcome = found?;
+    if let Some(out) = &args.out {
+        write::of_fleet(out, &outcome)?;
+    }
+    if args.json {
+        output::print(&outcome.to_json())?;
+    } else {
+        let again = again::command(args, &outcome, &[]);
+        output::print(&text::diagnosis(&outcome, &text::Beside { trained: &[], again }))?;
+    }
+    if let Some(out) = &args.out {
+        eprintln!("files in {}", out.display());
+    }
+    let unreadable = &pairs.unreadable;
+    anyhow::ensure!(unreadable.is_empty(), "{}\nnot read: {} of the files", unreadable.join("\n"), unreadable.len());
+    code(args, &outcome)
+}
+
+/// Prepares the folder before the work: a refused or unwritable one must not cost a diagnosis.
+fn begin(args: &Args) -> anyhow::Result<()> {
+    interrupt::watch_saying("a diagnosis keeps nothing");
+    let Some(out) = &args.out else { return Ok(()) };
+    folder::refuse(out, folder::RESULT, "diagnosis")?;
+    folder::spare(out, args.trained_on().chain(&args.holdout), |name| {
+        let own = [("simulation", "csv"), ("simulation", "svg"), ("missing_acceleration", "csv")];
+        own.iter().any(|(stem, ending)| folder::is_of(name, stem, ending))
+    })?;
+    output::make_folder(out)
+}
+
+/// The verdict as exit code, on request.
+fn code(args: &Args, outcome: &Outcome) -> anyhow::Result<()> {
     let code = if outcome.has_bad_data() { 7 } else { outcome.verdict.exit_code() };
     if args.exit_code && code != 0 { Err(Exit(code).into()) } else { Ok(()) }
 }

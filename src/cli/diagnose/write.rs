@@ -7,6 +7,7 @@ use crate::diagnose::Drive;
 use crate::diagnose::describe::free::Free;
 use crate::report::diagnosis::pictures;
 use crate::report::svg::{Panel, Series as Line, Style, render};
+use crate::result::diagnosis::Outcome;
 use std::path::Path;
 
 /// diagnosis.json, per drive missing_acceleration_N.csv and simulation_N.svg, the pictures, each adopted cause as NAME.wgsl, and the bounds of the recommended model.
@@ -33,6 +34,16 @@ pub fn files(folder: &Path, diagnosis: &Diagnosis, train: &[Drive], holdout: &[D
         let picture = pictures::missing(title, missing, outcome.missing_left.as_ref());
         change.write("missing_acceleration.svg", picture.as_bytes())?;
     }
+    result(change, folder, before, outcome)
+}
+
+/// The files of a fleet: those of one car without the drives.
+pub fn of_fleet(folder: &Path, outcome: &Outcome) -> anyhow::Result<()> {
+    result(Change::begin(folder)?, folder, of_diagnosis(folder), outcome)
+}
+
+/// diagnosis.json, the picture of the race, and the bounds of the recommended model.
+fn result(mut change: Change, folder: &Path, before: Vec<String>, outcome: &Outcome) -> anyhow::Result<()> {
     if !outcome.closed_loop.trials.is_empty() {
         change.write(RACE, pictures::race("Models on unseen data", &outcome.closed_loop).as_bytes())?;
     }

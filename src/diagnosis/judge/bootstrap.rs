@@ -5,15 +5,17 @@ use crate::statistics::order_statistic;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// A resample of the bins: how often each one is drawn.
+/// A resample: how often each unit is drawn.
 pub type Draw = Vec<u16>;
 
-/// Resamples of the bins of some segments. A block of geometric length starts anywhere, continues from the end of its segment at its start,
-/// and never enters another segment.
+/// Resamples of bins. A unit is the part of the bins that is drawn together.
 #[derive(Debug, Clone)]
 pub struct Resamples {
     draws: Vec<Draw>,
-    bins: usize,
+    /// The unit of every bin.
+    units: Vec<usize>,
+    /// Number of bins of every unit.
+    sizes: Vec<f64>,
     /// Factor on the standard error of the resamples.
     inflation: f64,
     /// For each resample, the ratio of a standard error to its estimate from so few blocks: studentised means have the tails of Student's
@@ -22,23 +24,36 @@ pub struct Resamples {
 }
 
 impl Resamples {
-    /// Draws `count` resamples of segments with these numbers of bins; blocks have `mean_block` bins on average.
+    /// Draws `count` resamples of segments with these numbers of bins; each bin is a unit. A block of geometric length, `mean_block` bins on
+    /// average, starts anywhere, continues from the end of its segment at its start, and never enters another segment.
     ///
     /// # Panics
     /// If blocks are shorter than one bin.
     #[must_use]
     pub fn new(segments: &[usize], mean_block: f64, count: usize, seed: u64) -> Resamples {
         assert!(mean_block >= 1.0, "blocks of at least one bin");
-        let mut rng = ChaCha8Rng::seed_from_u64(seed);
         // The successor of every bin.
         let mut next = Vec::new();
         for &length in segments {
             let from = next.len();
             next.extend((0..length).map(|k| from + (k + 1) % length));
         }
-        let draws = (0..count).map(|_| draw(&next, 1.0 / mean_block, &mut rng)).collect();
+        Resamples::of((0..next.len()).collect(), &next, mean_block, count, seed)
+    }
+
+    /// Draws `count` resamples of whole units; `units` has the unit of every bin, counted from 0. The bins of a unit, such as those of a
+    /// driver, may depend on each other in any way.
+    #[must_use]
+    pub fn of_units(units: &[usize], count: usize, seed: u64) -> Resamples {
+        let next: Vec<usize> = (0..units.iter().max().map_or(0, |last| last + 1)).collect();
+        Resamples::of(units.to_vec(), &next, 1.0, count, seed)
+    }
+
+    fn of(units: Vec<usize>, next: &[usize], mean_block: f64, count: usize, seed: u64) -> Resamples {
+        let mut rng = ChaCha8Rng::seed_from_u64(seed);
+        let draws = (0..count).map(|_| draw(next, 1.0 / mean_block, &mut rng)).collect();
         // Autocovariances about the sample mean are too small by the variance of that mean. It enters as often as a block contains two
-        // bins, 2 mean_block - 1 times.
+        // units, 2 mean_block - 1 times.
         let lost = (2.0 * mean_block - 1.0) / (next.len() as f64).max(1.0);
         let inflation = if lost < 1.0 { (1.0 - lost).sqrt().recip() } else { f64::INFINITY };
         let blocks = ((next.len() as f64 / mean_block).round() as usize).max(1);
@@ -48,7 +63,9 @@ impl Resamples {
         };
         let mut tail = || (blocks as f64 / (0..blocks).map(|_| square()).sum::<f64>()).sqrt();
         let tails = (0..count).map(|_| tail()).collect();
-        Resamples { draws, bins: next.len(), inflation, tails }
+        let mut sizes = vec![0.0; next.len()];
+        units.iter().for_each(|unit| sizes[*unit] += 1.0);
+        Resamples { draws, units, sizes, inflation, tails }
     }
 
     /// Number of resamples.
@@ -63,15 +80,18 @@ impl Resamples {
         self.draws.is_empty()
     }
 
-    /// The mean of values, one per bin, in every resample.
+    /// The mean of values, one per bin, in every resample; linear in the draws where units differ in their number of bins.
     ///
     /// # Panics
     /// Unless there is one value per bin.
     #[must_use]
     pub fn means(&self, values: &[f64]) -> Vec<f64> {
-        assert_eq!(values.len(), self.bins, "one value per bin");
-        let of = |draw: &Draw| draw.iter().zip(values).map(|(times, value)| f64::from(*times) * value).sum::<f64>();
-        self.draws.iter().map(|draw| of(draw) / self.bins.max(1) as f64).collect()
+        assert_eq!(values.len(), self.units.len(), "one value per bin");
+        let centre = mean(values);
+        let mut sums: Vec<f64> = self.sizes.iter().map(|size| -centre * size).collect();
+        values.iter().zip(&self.units).for_each(|(value, unit)| sums[*unit] += value);
+        let of = |draw: &Draw| draw.iter().zip(&sums).map(|(times, sum)| f64::from(*times) * sum).sum::<f64>();
+        self.draws.iter().map(|draw| centre + of(draw) / values.len().max(1) as f64).collect()
     }
 
     /// The percentile interval of the mean at this probability.

@@ -1,15 +1,19 @@
 //! The answer of the race for `diagnosis.json`, combined with that of the likelihood.
 
 use super::fit::Entry;
-use super::loss::{Losses, SIGNALS};
-use super::{Answer, HORIZONS, Horizon, Named, OF_A_NAME, Policy};
-use crate::diagnose::likelihood::model::is_lead;
-use crate::diagnose::{Drive, Verdict};
+use super::loss::{Losses, PartLoss, SIGNALS};
+use super::{Answer, HORIZONS, Horizon, Named, OF_A_NAME, Policy, Request, Share, lasts};
+use crate::diagnose::likelihood::model::{LEAD, is_lead};
+use crate::diagnose::search::skipped::Untried;
+use crate::diagnose::{DiagnoseError, Drive, Verdict};
 use crate::extension::Extension;
 use crate::judge::mean;
 use crate::result::diagnosis::recommended::{ClosedLoopGain, Collisions, PerDrive, Recommended, RecommendedCause, Why};
-use crate::result::diagnosis::{CauseEntry, ErrorsEntry, HeldBackEntry, Outcome, ParameterEntry};
+use crate::result::diagnosis::{
+    CauseEntry, ErrorsEntry, HeldBackEntry, NotTriedEntry, Outcome, ParameterEntry, ShareEntry,
+};
 use crate::symbols::Parameters;
+use indexmap::IndexSet;
 
 /// Half width of a 95 % interval in standard errors.
 const TWO_SIDED: f64 = 1.96;
@@ -38,6 +42,29 @@ impl Answer {
         delivered(&self.entries[self.winner?])
     }
 
+    /// Number of recordings, or of drivers.
+    #[must_use]
+    pub fn units(&self) -> usize {
+        self.field.parts.unit_count()
+    }
+
+    /// Causes of the request that did not run, and why.
+    #[must_use]
+    pub fn untried(&self, request: &Request<'_>) -> Vec<NotTriedEntry> {
+        let why = |cause: &&'static Extension| {
+            if !lasts(cause) {
+                return Some(Untried::Once);
+            }
+            match request.base.with(cause).map(|variant| self.field.model(variant)) {
+                Err(conflict) => Some(Untried::Conflict(conflict)),
+                Ok(Err(DiagnoseError::Case(error))) => Some(Untried::Data(error)),
+                Ok(_) => None,
+            }
+        };
+        let of_car = request.causes.iter().filter(|cause| cause.name != LEAD);
+        of_car.filter_map(|cause| Some(NotTriedEntry::new(&cause.name, &why(cause)?))).collect()
+    }
+
     /// True if a drive takes part in the race.
     #[must_use]
     pub fn has_seen(&self, drive: &Drive) -> bool {
@@ -45,13 +72,14 @@ impl Answer {
         self.field.parts.drives.iter().any(|part| part.recording() == recording)
     }
 
-    /// Errors of the base and of the recommended model on the parts that their fits left out, file by file.
+    /// Errors of the base and of the recommended model on the parts that their fits left out, by file.
     #[must_use]
     pub fn left_out(&self) -> Vec<HeldBackEntry> {
         let Some(base) = self.entries.first() else { return Vec::new() };
         let recommended = self.winner.map(|k| &self.entries[k]);
         let entry = |file: &str| {
-            let of = |entry: &Entry| Some(self.errors(held(entry)?, file));
+            let of =
+                |entry: &Entry| Some(self.errors(held(entry)?, |part| self.field.parts.drives[part].file() == file));
             let base = of(base);
             HeldBackEntry {
                 label: file.to_owned(),
@@ -60,24 +88,15 @@ impl Answer {
                 recommended: recommended.and_then(of),
             }
         };
-        self.files().into_iter().map(entry).collect()
+        let files: IndexSet<&str> = self.field.parts.drives.iter().map(Drive::file).collect();
+        files.into_iter().map(entry).collect()
     }
 
-    fn files(&self) -> Vec<&str> {
-        let mut files: Vec<&str> = Vec::new();
-        for drive in &self.field.parts.drives {
-            if !files.contains(&drive.file()) {
-                files.push(drive.file());
-            }
-        }
-        files
-    }
-
-    /// Errors over the parts of a file.
-    fn errors(&self, losses: &Losses, file: &str) -> ErrorsEntry {
-        let (drives, scales) = (&self.field.parts.drives, &self.field.scales);
-        let mine = drives.iter().zip(&losses.parts).map(|(drive, part)| part.clone().filter(|_| drive.file() == file));
-        let own = Losses { parts: mine.collect() };
+    /// Errors over some parts.
+    fn errors(&self, losses: &Losses, is_one: impl Fn(usize) -> bool) -> ErrorsEntry {
+        let scales = &self.field.scales;
+        let mine = |(k, part): (usize, &Option<PartLoss>)| part.as_ref().filter(|_| is_one(k)).cloned();
+        let own = Losses { parts: losses.parts.iter().enumerate().map(mine).collect() };
         let bins: Vec<&[f64; SIGNALS]> = own.parts.iter().flatten().flat_map(|part| &part.mse).collect();
         let rms = |k: usize| (bins.iter().map(|mse| mse[k]).sum::<f64>() / bins.len().max(1) as f64).sqrt();
         ErrorsEntry { rms: std::array::from_fn(rms), nrmse_sva: own.nrmse(scales) }
@@ -240,11 +259,33 @@ fn jackknife(folds: &[Vec<f64>], k: usize) -> f64 {
     ((count - 1.0) / count * values.iter().map(|v| (v - centre).powi(2)).sum::<f64>()).sqrt()
 }
 
-/// NRMSE(s,v,a) by file, over the parts that the fits left out.
+impl ShareEntry {
+    /// The share of the drivers with the named causes, and the sizes of their causes.
+    #[must_use]
+    pub fn of(answer: &Answer, share: &Share) -> ShareEntry {
+        let parameters = answer.named.iter().flat_map(|named| {
+            let entry = &answer.entries[named.entry];
+            named.causes.iter().flat_map(move |cause| {
+                let positions = entry.model.positions(cause);
+                let own = parameters(entry, &positions, Horizon::ALL[OF_A_NAME]);
+                own.into_iter().zip(positions).map(move |(parameter, k)| {
+                    let axis = &entry.model.axes[k];
+                    let [value, neutral] = [parameter.value, entry.neutral(k)].map(|value| axis.coordinate(value));
+                    let value = axis.value((neutral + share.size * (value - neutral)).clamp(0.0, 1.0));
+                    ParameterEntry { value, interval: None, at_bound: axis.at_bound(value), ..parameter }
+                })
+            })
+        });
+        ShareEntry { share: share.share, interval: share.interval, parameters: parameters.collect() }
+    }
+}
+
+/// NRMSE(s,v,a) by file or driver, over the parts that the fits left out.
 fn per_drive(answer: &Answer, base: &Losses, own: &Losses) -> Vec<PerDrive> {
-    let of = |losses: &Losses, file: &str| answer.errors(losses, file).nrmse_sva;
-    let entry = |file: &str| PerDrive { path: file.to_owned(), base: of(base, file), extended: of(own, file) };
-    answer.files().into_iter().map(entry).collect()
+    let labels = &answer.field.parts.labels;
+    let of = |losses: &Losses, label: &str| answer.errors(losses, |part| labels[part] == label).nrmse_sva;
+    let entry = |label: &str| PerDrive { path: label.to_owned(), base: of(base, label), extended: of(own, label) };
+    labels.iter().map(String::as_str).collect::<IndexSet<&str>>().into_iter().map(entry).collect()
 }
 
 /// Notes on the base: collisions, and a better law.

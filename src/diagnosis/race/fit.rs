@@ -1,7 +1,8 @@
 //! Fits models at every horizon, to all parts of the drives and without each fold.
 
 use super::loss::{Losses, Scale, Sizes};
-use super::parts::Parts;
+use super::own::{Own, SETTINGS};
+use super::parts::{Parts, Unit};
 use super::policy::Policy;
 use super::surface::Surface;
 use super::{HORIZONS, Horizon};
@@ -34,6 +35,8 @@ const OF_LAW: Plan = Plan { rough: 4, keep: 4, fine: 16 };
 const OF_CAUSE: Plan = Plan { rough: 2, keep: 2, fine: 8 };
 /// See [`OF_LAW`].
 const OF_FOLD: Plan = Plan { rough: 0, keep: 1, fine: 4 };
+/// Largest number of iterations for the own settings of a driver.
+const OF_DRIVER: usize = 4;
 /// Random candidates of a law, half of them again with textbook values; and the number of candidates that are searched from.
 const RANDOM: usize = 64;
 /// See [`RANDOM`].
@@ -72,6 +75,17 @@ pub struct Judged {
     pub held: Losses,
     /// Number of times the model comes too close to the car ahead in parts left out, or fails.
     pub too_close: usize,
+}
+
+/// A driver with own settings.
+#[derive(Debug, Clone)]
+pub struct OwnFit {
+    /// The driver.
+    pub unit: usize,
+    /// The loss, with the penalty for the distance from the common parameters.
+    pub cost: f64,
+    /// The losses of the driver's parts.
+    pub losses: Losses,
 }
 
 /// A model in the race.
@@ -321,15 +335,51 @@ impl Field {
         for (k, values) in folds.iter().enumerate() {
             let left_out: Vec<bool> = self.parts.folds.iter().map(|fold| *fold == k).collect();
             let surface = self.surface(model, &left_out, horizon);
-            let losses = surface.losses(std::slice::from_ref(values))?.remove(0);
             if horizon.is_whole() {
                 too_close += surface.too_close(values, &Policy::DEFAULT.least_spacing)?;
             }
-            for (held, part) in held.parts.iter_mut().zip(losses.parts) {
-                *held = held.take().or(part);
+            let losses = match self.parts.unit {
+                Unit::Driver if !horizon.is_whole() => {
+                    self.with_own_settings(&surface, values)?.into_iter().map(|own| own.losses).collect()
+                }
+                _ => surface.losses(std::slice::from_ref(values))?,
+            };
+            for losses in losses {
+                for (held, part) in held.parts.iter_mut().zip(losses.parts) {
+                    *held = held.take().or(part);
+                }
             }
         }
         Ok(Some(Judged { folds, held, too_close }))
+    }
+}
+
+impl Field {
+    /// Every driver who counts, with own settings.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Evaluate`].
+    pub fn with_own_settings(&self, surface: &Surface<'_>, common: &[f64]) -> Result<Vec<OwnFit>, DiagnoseError> {
+        let common = surface.place(common);
+        let mut held = surface.fixed();
+        held.extend((0..surface.model.symbols.len()).filter(|&k| !SETTINGS.contains(&surface.model.symbols[k])));
+        let mut drivers = self.parts.units.clone();
+        drivers.sort_unstable();
+        drivers.dedup();
+        let counts = |driver: usize| -> Vec<bool> {
+            self.parts.units.iter().zip(surface.counts).map(|(unit, counts)| *counts && *unit == driver).collect()
+        };
+        let one = |(unit, counts): &(usize, Vec<bool>)| {
+            let own = Own { surface: Surface { counts, ..*surface }, common: &common };
+            let course = Course { pull: FREE, turns: OF_DRIVER, tolerance: TOLERANCE };
+            let walkers = best(descend(&own, vec![common.clone()], &held, course, &mut Unwatched)?);
+            let (place, cost) = walkers.first().map_or((&common, f64::INFINITY), |walker| (&walker.place, walker.cost));
+            let losses = own.surface.losses(&[own.surface.values(place)])?.remove(0);
+            Ok(OwnFit { unit: *unit, cost, losses })
+        };
+        let masks = drivers.into_iter().map(|driver| (driver, counts(driver)));
+        let masks: Vec<(usize, Vec<bool>)> = masks.filter(|(_, mask)| mask.contains(&true)).collect();
+        masks.par_iter().map(one).collect()
     }
 }
 

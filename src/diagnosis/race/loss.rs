@@ -15,6 +15,8 @@ const FLOOR: [f64; SIGNALS] = [0.05, 0.02, 0.02];
 pub const BIN_S: f64 = 10.0;
 /// Start of the first bin \[s\]: after the longest delay of a base and a cause together, so that all models have the same bins.
 const FROM_S: f64 = 4.0;
+/// Shortest drive with a bin \[s\].
+pub const SHORTEST_S: f64 = FROM_S + 0.5 * BIN_S + 0.5;
 /// Index of the penalty of a soft run.
 pub const SHORTFALL: usize = 3;
 

@@ -8,17 +8,20 @@ mod evidence;
 mod fit;
 pub mod loss;
 mod not_followed;
+mod own;
 mod parts;
 mod policy;
 mod rule;
+mod share;
 pub mod surface;
 
 pub use answer::{Delivered, combine};
 pub use evidence::{Evidence, Gain};
 pub use fit::{Entry, Field, Fit, Judged};
 pub use not_followed::{NotFollowed, without};
-pub use parts::Parts;
+pub use parts::{Parts, Unit};
 pub use policy::{Policy, rounds};
+pub use share::Share;
 
 use crate::calibrate::Overrides;
 use crate::catalog::{BASES, Base, Variant};
@@ -78,6 +81,8 @@ impl Horizon {
 pub struct Request<'a> {
     /// Whole measured drives.
     pub drives: &'a [Drive],
+    /// What they are drives of.
+    pub unit: Unit,
     /// The base law.
     pub base: Variant,
     /// Extensions in the race.
@@ -136,13 +141,15 @@ impl Answer {
     }
 }
 
+/// True for a cause that does not depend on a time of one drive.
+fn lasts(cause: &Extension) -> bool {
+    cause.parameters.iter().all(|symbol| symbol.neutral().is_some())
+}
+
 /// The sets of causes to try with a base: each cause that does not depend on a time of one drive, and pairs that hide each other.
 fn sets(causes: &[&'static Extension]) -> Vec<Vec<&'static Extension>> {
-    let lasting: Vec<&'static Extension> = causes
-        .iter()
-        .copied()
-        .filter(|cause| cause.name != LEAD && cause.parameters.iter().all(|symbol| symbol.neutral().is_some()))
-        .collect();
+    let lasting: Vec<&'static Extension> =
+        causes.iter().copied().filter(|cause| cause.name != LEAD && lasts(cause)).collect();
     let hides = |cause: &'static Extension| cause.cause.as_ref().and_then(|traits| traits.hides.as_deref());
     let hiding = |hidden: &'static Extension| {
         let others = lasting.iter().filter(move |other| hides(other) == Some(hidden.family()));
@@ -171,7 +178,7 @@ impl First {
     /// # Errors
     /// As [`Field::model`].
     fn fit(request: &Request<'_>, drives: &[Drive]) -> Result<First, DiagnoseError> {
-        let field = Field::new(Parts::of(drives), request.bounds, request.seed);
+        let field = Field::new(Parts::of(drives, request.unit), request.bounds, request.seed);
         let base = field.law(request.base)?;
         let others: Vec<&Base> = BASES.iter().filter(|law| **law != request.base.base).collect();
         let law = |law: &&Base| {
@@ -233,7 +240,12 @@ pub fn race(
     }
     let First { field, mut base, laws, late } = first;
     let bins: Vec<usize> = field.sizes.iter().map(loss::Sizes::count).collect();
-    let resamples = Resamples::new(&bins, policy.block_s / loss::BIN_S, policy.resamples, request.seed);
+    let units: Vec<usize> =
+        field.parts.units.iter().zip(&bins).flat_map(|(unit, bins)| std::iter::repeat_n(*unit, *bins)).collect();
+    let resamples = match request.unit {
+        Unit::Recording => Resamples::new(&bins, policy.block_s / loss::BIN_S, policy.resamples, request.seed),
+        Unit::Driver => Resamples::of_units(&units, policy.resamples, request.seed),
+    };
     let count: usize = bins.iter().sum();
     let tried = ClosedLoopEntry {
         bins: count,
@@ -254,11 +266,8 @@ pub fn race(
         field,
         resamples,
     };
-    if count < policy.least_bins || answer.field.parts.count < 2 {
-        answer.tried.not_testable = Some(format!(
-            "the drives have {count} bins of 10 s in {} folds, at least {} in 2 are needed: give more or longer drives",
-            answer.field.parts.count, policy.least_bins
-        ));
+    if let Some(why) = too_few(&answer.field.parts, count, request.unit, policy) {
+        answer.tried.not_testable = Some(why);
         return Ok(answer);
     }
     show(0.25, "the base on unseen drives")?;
@@ -285,6 +294,22 @@ pub fn race(
         }
     }
     Ok(answer)
+}
+
+/// Why parts with this number of bins cannot tell models apart, if they cannot.
+fn too_few(parts: &Parts, bins: usize, unit: Unit, policy: &Policy) -> Option<String> {
+    let least = policy.least_bins;
+    let drivers = parts.unit_count();
+    match unit {
+        Unit::Recording if bins < least || parts.count < 2 => Some(format!(
+            "the drives have {bins} bins of 10 s in {} folds, at least {least} in 2 are needed: give more or longer drives",
+            parts.count
+        )),
+        Unit::Driver if drivers < least => Some(format!(
+            "the drives are of {drivers} drivers, at least {least} are needed: give more, or diagnose each driver alone"
+        )),
+        _ => None,
+    }
 }
 
 /// The other laws, judged.

@@ -10,7 +10,7 @@ pub struct Policy {
     pub block_s: f64,
     /// Number of resamples \[-\]: the strictest probability is still that of tens of resamples.
     pub resamples: usize,
-    /// Smallest number of bins \[-\]: with fewer than ten blocks a bootstrap has no tails.
+    /// Smallest number of bins, or of drivers \[-\]: with fewer than ten blocks a bootstrap has no tails.
     pub least_bins: usize,
     /// Largest probability of a name by chance, adjusted for all models of a race \[-\].
     pub chance_of_a_name: f64,
@@ -33,6 +33,8 @@ pub struct Policy {
     /// Shares of the smallest measured spacing \[-\]: a model may fall below each in no more whole drives than the base, because one that
     /// comes closer collides on the next drive.
     pub least_spacing: [f64; 3],
+    /// Number of standard errors by which these may exceed those of the base \[-\]: among hundreds of drivers, some do by chance.
+    pub excess: f64,
     /// A stretch is not followed if the error of the speed over 10 s is this multiple of the usual one \[-\], which nine of ten bins do not
     /// exceed: a law that lacks an effect is off by twice the usual error.
     pub not_followed: f64,
@@ -63,6 +65,7 @@ impl Policy {
         none: 0.02,
         worth_trying: 0.005,
         least_spacing: [0.25, 0.5, 0.75],
+        excess: 0.0,
         not_followed: 3.0,
         least_not_followed: 0.5,
         usual: 0.9,
@@ -70,6 +73,9 @@ impl Policy {
         least_piece_s: 60.0,
         interval: 0.95,
     };
+
+    /// The policy for a fleet. A pooled model follows an unusual driver badly over whole drives, so no stretch is left out.
+    pub const FLEET: Policy = Policy { not_followed: f64::INFINITY, excess: 1.0, ..Policy::DEFAULT };
 }
 
 /// Largest number of rounds: the first finds a cause or a pair, each further one adds a cause and costs as much.

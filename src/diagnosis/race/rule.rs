@@ -32,7 +32,11 @@ pub fn checks(
             policy.spread,
         ),
         Check::at_most("parameters on a bound that the base is not on", on_bounds(base, entry) as f64, 0.0),
-        Check::at_most("close approaches in excess of the base", too_close(entry) - too_close(base), 0.0),
+        Check::at_most(
+            "close approaches in excess of the base",
+            too_close(entry) - too_close(base),
+            policy.excess * (too_close(entry) + too_close(base)).sqrt(),
+        ),
     ]
 }
 

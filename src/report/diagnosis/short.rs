@@ -4,7 +4,7 @@ use super::causes::{next, not_tried};
 use crate::diagnose::Verdict;
 use crate::race::loss::BIN_S;
 use crate::result::diagnosis::recommended::{Power, Recommended, RecommendedCause, Trial, Why};
-use crate::result::diagnosis::{CauseEntry, Outcome, ParameterEntry};
+use crate::result::diagnosis::{CauseEntry, FleetEntry, Outcome, ParameterEntry, ShareEntry};
 use crate::wgsl::library;
 
 fn base(outcome: &Outcome) -> &str {
@@ -73,11 +73,11 @@ fn verdict(outcome: &Outcome) -> String {
 
 /// The unexplained acceleration of the base, and its duration.
 fn unexplained(outcome: &Outcome) -> String {
-    let left = outcome.base.as_ref().filter(|base| base.sigma_d_mps2 >= LEAST_UNEXPLAINED);
-    left.map_or(String::new(), |base| {
+    let noise = outcome.base.as_ref().and_then(|base| base.noise.as_ref());
+    noise.filter(|noise| noise.sigma_d_mps2 >= LEAST_UNEXPLAINED).map_or(String::new(), |noise| {
         format!(
             " An acceleration of {:.2} m/s² with a time constant of {:.0} s remains unexplained.",
-            base.sigma_d_mps2, base.tau_d_s
+            noise.sigma_d_mps2, noise.tau_d_s
         )
     })
 }
@@ -122,9 +122,10 @@ impl Short {
 pub fn in_short(outcome: &Outcome) -> Short {
     let mut answer: Vec<String> = outcome.data_first().map(|first| format!("{first}.")).into_iter().collect();
     answer.push(verdict(outcome));
+    answer.extend(outcome.fleet.iter().filter_map(|fleet| fleet.share.as_ref()).map(share));
     answer.extend(whole_drives(outcome));
     let mut more = match &outcome.recommended {
-        Some(recommended) => recommendation(base(outcome), recommended).to_vec(),
+        Some(recommended) => recommendation(outcome, recommended).to_vec(),
         None => held_back(outcome).into_iter().collect(),
     };
     let minutes = outcome.closed_loop.bins as f64 * BIN_S / 60.0;
@@ -132,6 +133,27 @@ pub fn in_short(outcome: &Outcome) -> Short {
     more.extend(outcome.likelier_base().map(|base| format!("{}.", next(&base))));
     more.extend(outcome.base_notes.iter().map(|note| format!("The base model: {note}.")));
     Short { answer, more }
+}
+
+/// The share of the drivers with the named causes.
+fn share(share: &ShareEntry) -> String {
+    let [percent, low, high] = [share.share, share.interval[0], share.interval[1]].map(|share| 100.0 * share);
+    let sizes: Vec<String> = share.parameters.iter().map(parameter).collect();
+    format!(
+        "{percent:.0} % of the drivers [{low:.0}, {high:.0}] have this effect, if it has one size: {}.",
+        sizes.join(", ")
+    )
+}
+
+/// The drives of a fleet, and those that cannot be used.
+#[must_use]
+pub fn fleet_in_words(fleet: &FleetEntry) -> String {
+    let FleetEntry { drivers, drives, minutes, unusable, .. } = fleet;
+    let without = match unusable.first() {
+        None => String::new(),
+        Some([_, why]) => format!(" {} more cannot be used; the first: {why}.", unusable.len()),
+    };
+    format!("{drives} drives of {drivers} drivers, {minutes:.0} minutes.{without}")
 }
 
 fn is_named(outcome: &Outcome) -> bool {
@@ -220,7 +242,8 @@ fn held_back(outcome: &Outcome) -> Option<String> {
     ))
 }
 
-fn recommendation(base: &str, recommended: &Recommended) -> [String; 2] {
+fn recommendation(outcome: &Outcome, recommended: &Recommended) -> [String; 2] {
+    let base = base(outcome);
     let causes: Vec<String> = recommended.causes.iter().map(cause).collect();
     let gain = &recommended.gain;
     let percent = |share: f64| 100.0 * share / gain.base;
@@ -229,9 +252,10 @@ fn recommendation(base: &str, recommended: &Recommended) -> [String; 2] {
     [
         format!("Recommended: {base} with {}.", causes.join(" and ")),
         format!(
-            "With it, the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]; it is smaller on {better} of {} drives.",
+            "With it, the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]; it is smaller on {better} of {} {}.",
             percent(gain.base - gain.extended),
-            recommended.per_drive.len()
+            recommended.per_drive.len(),
+            if outcome.fleet.is_some() { "drivers" } else { "drives" }
         ),
     ]
 }

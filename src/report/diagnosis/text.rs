@@ -2,7 +2,7 @@
 
 use super::causes;
 use super::causes::MEND_FIRST;
-use super::short::{capitalised, in_short};
+use super::short::{capitalised, fleet_in_words, in_short};
 use crate::diagnose::describe::error_breakdown::{Budget, Share};
 use crate::diagnose::describe::missing::Profiles;
 use crate::report::text::wrapped;
@@ -44,6 +44,7 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     in_short(outcome).sentences().for_each(|sentence| text.push_str(&wrapped(0, 2, sentence)));
     text.push('\n');
     text.push_str(&data(&outcome.data, &outcome.data_findings, beside.trained));
+    outcome.fleet.iter().for_each(|fleet| text.push_str(&wrapped(0, 2, &fleet_in_words(fleet))));
     text.push_str(&wrapped(0, 2, &outcome.held_back));
     heading(text, "2. What is wrong, and where?");
     if let Some(base) = &outcome.base {

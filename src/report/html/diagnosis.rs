@@ -6,7 +6,7 @@ use crate::diagnose::describe::gain::Gain;
 use crate::internal::judge::Check;
 use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, meaning};
 use crate::report::diagnosis::pictures;
-use crate::report::diagnosis::short::in_short;
+use crate::report::diagnosis::short::{fleet_in_words, in_short};
 use crate::result::diagnosis::recommended::{HorizonGain, Trial};
 use crate::result::diagnosis::{CauseEntry, HeldBackEntry, Outcome, ParameterEntry};
 
@@ -64,6 +64,7 @@ fn value(p: &ParameterEntry) -> String {
 
 fn data(page: &mut Page, outcome: &Outcome) {
     page.section("data", "Are the data sound?");
+    outcome.fleet.iter().for_each(|fleet| page.paragraph(&fleet_in_words(fleet)));
     let row = |d: &crate::result::diagnosis::DataEntry| {
         vec![
             d.path.clone(),

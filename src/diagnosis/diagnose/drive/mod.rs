@@ -63,7 +63,7 @@ pub struct Jump {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum DriveError {
     /// It is too short, or jumps of the gap leave no piece.
-    #[error("{label}: {}", too_short(*jumps, *longest))]
+    #[error("{label}: {}", too_short(*jumps, *longest, *shortest))]
     TooShort {
         /// The trajectory.
         label: String,
@@ -71,6 +71,8 @@ pub enum DriveError {
         jumps: usize,
         /// The longest piece \[s\].
         longest: f64,
+        /// The shortest allowed piece \[s\].
+        shortest: f64,
     },
     /// It is long enough, but its parts are not.
     #[error(
@@ -88,12 +90,12 @@ pub enum DriveError {
     },
 }
 
-fn too_short(jumps: usize, longest: f64) -> String {
+fn too_short(jumps: usize, longest: f64, shortest: f64) -> String {
     if jumps == 0 {
-        return format!("expected a stretch of {SHORTEST_S} s, found {longest:.1} s; give a longer recording");
+        return format!("expected a stretch of {shortest} s, found {longest:.1} s; give a longer recording");
     }
     format!(
-        "no piece of {SHORTEST_S} s without a jump of the gap of more than {JUMP_M} m ({jumps} jumps, the longest piece has \
+        "no piece of {shortest} s without a jump of the gap of more than {JUMP_M} m ({jumps} jumps, the longest piece has \
          {longest:.1} s); give a longer recording, or cut it to where the gap can be trusted"
     )
 }
@@ -104,6 +106,18 @@ impl Drive {
     /// # Errors
     /// [`DriveError::TooShort`].
     pub fn of(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> Result<(Vec<Drive>, Vec<Jump>), DriveError> {
+        Drive::pieces(trajectory, vehicle, SHORTEST_S)
+    }
+
+    /// The same, with pieces of at least `shortest` \[s\].
+    ///
+    /// # Errors
+    /// [`DriveError::TooShort`].
+    pub fn pieces(
+        trajectory: &Trajectory,
+        vehicle: Option<&Vehicle>,
+        shortest: f64,
+    ) -> Result<(Vec<Drive>, Vec<Jump>), DriveError> {
         let jumps = jumps(trajectory);
         let Trajectory { v_f, v_l, v_l2, .. } = trajectory;
         let trajectory = &Trajectory {
@@ -118,14 +132,14 @@ impl Drive {
         for to in cuts {
             let span = (to - from) as f64 * trajectory.dt;
             longest = longest.max(span);
-            if span >= SHORTEST_S {
+            if span >= shortest {
                 pieces.push(from..to);
             }
             from = to;
         }
         let label = || trajectory.label.clone();
         if pieces.is_empty() {
-            return Err(DriveError::TooShort { label: label(), jumps: jumps.len(), longest });
+            return Err(DriveError::TooShort { label: label(), jumps: jumps.len(), longest, shortest });
         }
         let vehicle = vehicle.cloned().map(Arc::new);
         let several = pieces.len() > 1;

@@ -11,6 +11,8 @@ pub enum Untried {
     Conflict(ExtensionConflict),
     /// The data lack what it needs, or are too short.
     Data(CaseError),
+    /// It acts once, and the models here are for many drives.
+    Once,
     /// Parameters without a neutral value for which nothing gives a start value.
     NoStart {
         /// Their names; empty if the cause has no parameter at all.
@@ -34,6 +36,7 @@ impl Untried {
             Untried::Conflict(_) => "diagnose a base model without it".to_owned(),
             Untried::Data(CaseError::Missing { remedy, .. }) => (*remedy).to_owned(),
             Untried::Data(_) => "give longer data".to_owned(),
+            Untried::Once => "diagnose that drive alone".to_owned(),
             Untried::NoStart { parameters } if parameters.is_empty() => {
                 "give it a size: a parameter with a neutral value".to_owned()
             }
@@ -58,6 +61,7 @@ impl fmt::Display for Untried {
             Untried::Conflict(conflict) => conflict.fmt(f),
             Untried::Data(CaseError::Missing { what, .. }) => write!(f, "needs {what}"),
             Untried::Data(error) => error.fmt(f),
+            Untried::Once => f.write_str("acts at a time of one drive"),
             Untried::NoStart { parameters } if parameters.is_empty() => f.write_str("has no parameter to be fitted"),
             Untried::NoStart { parameters } => {
                 write!(f, "the data give no start value for {}", parameters.join(", "))

@@ -5,6 +5,7 @@ pub mod recommended;
 
 use self::recommended::{ClosedLoopEntry, LawEntry, Power, Recommended};
 use crate::catalog::Variant;
+use crate::convention::Convention;
 use crate::diagnose::data::{Finding, Soundness};
 use crate::diagnose::describe::error_breakdown::Budget;
 use crate::diagnose::describe::free::BrokenOffEntry;
@@ -12,7 +13,7 @@ use crate::diagnose::describe::gain::Gain;
 use crate::diagnose::describe::missing::Profiles;
 use crate::diagnose::drive::drivers::{DIFFERENT, Different};
 use crate::diagnose::search::skipped::Untried;
-use crate::diagnose::{Adopted, Estimate, Fitted, NotTestable, Tried, Verdict};
+use crate::diagnose::{Adopted, Effort, Estimate, Fitted, NotTestable, Tried, Verdict};
 use crate::evaluator::CaseError;
 use crate::judge::Check;
 use crate::result::{ContentError, calibrated};
@@ -262,11 +263,13 @@ impl From<&Fitted> for ModelEntry {
             variant: fitted.variant.name(),
             extensions: fitted.variant.causes().map(|e| e.name.clone()).collect(),
             parameters: fitted.estimates.iter().map(ParameterEntry::from).collect(),
-            sigma_d_mps2: fitted.noise.sigma_d,
-            tau_d_s: fitted.noise.tau_d,
-            noise_gap_m: fitted.noise.r_s,
-            noise_speed_mps: fitted.noise.r_v,
-            log_likelihood: fitted.log_likelihood,
+            noise: Some(NoiseEntry {
+                sigma_d_mps2: fitted.noise.sigma_d,
+                tau_d_s: fitted.noise.tau_d,
+                noise_gap_m: fitted.noise.r_s,
+                noise_speed_mps: fitted.noise.r_v,
+                log_likelihood: fitted.log_likelihood,
+            }),
         }
     }
 }
@@ -304,6 +307,25 @@ pub struct DataEntry {
 }
 
 impl DataEntry {
+    /// A trajectory, before the check of its data.
+    #[must_use]
+    pub fn of(trajectory: &Trajectory, role: &str) -> DataEntry {
+        DataEntry {
+            path: trajectory.source.path.clone(),
+            sha256: trajectory.source.sha256.clone(),
+            follower: trajectory.follower,
+            name: trajectory.name.clone(),
+            trajectory: trajectory.id.clone(),
+            role: role.to_owned(),
+            window_s: [trajectory.t[0], trajectory.t[trajectory.len() - 1]],
+            samples: trajectory.len(),
+            gap_rate_rms_mps: None,
+            unseen: Vec::new(),
+            units: None,
+            moved_m: None,
+        }
+    }
+
     /// The message about the displacement.
     #[must_use]
     pub fn moved(&self) -> Option<String> {
@@ -354,6 +376,33 @@ pub struct HeldBackEntry {
     pub recommended: Option<ErrorsEntry>,
 }
 
+/// The drivers of a fleet.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct FleetEntry {
+    /// Number of drivers.
+    pub drivers: usize,
+    /// Number of drives.
+    pub drives: usize,
+    /// Their time together \[min\].
+    pub minutes: f64,
+    /// Pairs that cannot be used: file, trajectory and follower, and the reason.
+    pub unusable: Vec<[String; 2]>,
+    /// The drivers with the named causes; `None` without a name.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub share: Option<ShareEntry>,
+}
+
+/// The drivers of a fleet that have the named causes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct ShareEntry {
+    /// Their share of all drivers.
+    pub share: f64,
+    /// Its 95 % interval.
+    pub interval: [f64; 2],
+    /// The parameters of the causes, of these drivers.
+    pub parameters: Vec<ParameterEntry>,
+}
+
 /// A model as fitted.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ModelEntry {
@@ -363,6 +412,14 @@ pub struct ModelEntry {
     pub extensions: Vec<String>,
     /// Its parameters.
     pub parameters: Vec<ParameterEntry>,
+    /// Its noise; `None` of a fleet, whose models have no likelihood.
+    #[serde(flatten)]
+    pub noise: Option<NoiseEntry>,
+}
+
+/// The noise of a model under its likelihood.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct NoiseEntry {
     /// Standard deviation of the missing acceleration \[m/s²\].
     pub sigma_d_mps2: f64,
     /// Time constant of the missing acceleration \[s\].
@@ -457,6 +514,9 @@ pub struct Outcome {
     pub data: Vec<DataEntry>,
     /// The drives in the order of the numbered files: training, then held back.
     pub drives: Vec<DriveEntry>,
+    /// The drivers of a fleet; `None` for one car.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fleet: Option<FleetEntry>,
     /// The held-back data, in words.
     pub held_back: String,
     /// The base model, fitted to all drives over their whole length.
@@ -488,6 +548,51 @@ fn searched_to_the_end() -> bool {
 }
 
 impl Outcome {
+    /// A result without an answer.
+    #[must_use]
+    pub fn new(effort: Effort, seed: u64) -> Outcome {
+        Outcome {
+            schema_version: SCHEMA_VERSION,
+            verdict: Verdict::Nothing,
+            reason: String::new(),
+            causes: Vec::new(),
+            confounded_with: Vec::new(),
+            not_testable: Vec::new(),
+            data_findings: Vec::new(),
+            gain: None,
+            gain_error: None,
+            base_held_back: Vec::new(),
+            recommended: None,
+            power: None,
+            base_laws: Vec::new(),
+            base_notes: Vec::new(),
+            left_over: Vec::new(),
+            simulations: 0,
+            complete: true,
+            not_tried: Vec::new(),
+            program: concat!("leadlag ", env!("CARGO_PKG_VERSION")).to_owned(),
+            evaluator: "lanes".to_owned(),
+            precision: "f64".to_owned(),
+            adapter: None,
+            convention: Convention::PAPER.to_string(),
+            seed,
+            effort: effort.into_str().to_owned(),
+            data: Vec::new(),
+            drives: Vec::new(),
+            fleet: None,
+            held_back: String::new(),
+            base: None,
+            extended: None,
+            budget: None,
+            broken_off: Vec::new(),
+            missing: None,
+            missing_left: None,
+            ladder: Vec::new(),
+            closed_loop: ClosedLoopEntry::default(),
+            policy: serde_json::Value::Null,
+        }
+    }
+
     /// The JSON text; the same result gives the same bytes.
     #[must_use]
     pub fn to_json(&self) -> String {
