@@ -227,10 +227,11 @@ pub fn save(fit: &Fit, drives: &[&Drive], folder: &Path) -> Result<(), Error> {
 /// # Errors
 /// When the folder cannot be written.
 pub fn save_findings(findings: &Findings, folder: &Path) -> Result<(), Error> {
-    Ok(match findings.found() {
-        Found::OneCar(diagnosis, [train, holdout]) => diagnose::write::files(folder, diagnosis, train, holdout)?,
-        Found::Fleet(outcome) => diagnose::write::of_fleet(folder, outcome)?,
-    })
+    let written = match findings.found() {
+        Found::OneCar(diagnosis, [train, holdout]) => diagnose::write::files(folder, diagnosis, train, holdout),
+        Found::Fleet(outcome) => diagnose::write::of_fleet(folder, outcome),
+    };
+    Ok(written?)
 }
 
 /// The page that `report` makes of the main file of a folder: `result.json`, `diagnosis.json`, `fleet.json` or `tasks.jsonl`.
