@@ -224,6 +224,10 @@ pub enum ProblemKind {
     )]
     MappedStep { column: String, shortest: f64, longest: f64, found: f64 },
     #[error(
+        "column {column}: expected distances in m, found {found:.2} in the middle of those at speeds above 30 km/h: a time headway in s? Name the column of the distance, or positions and lengths, in the column map; check_units = false there accepts it unchanged"
+    )]
+    MappedTimeHeadway { column: String, found: f64 },
+    #[error(
         "columns {a} and {b} contradict each other: the first changes {ratio:.3} times as much as the second implies; {hint}; check_units = false there accepts them unchanged"
     )]
     UnitsContradict { a: String, b: String, ratio: f64, hint: String },
