@@ -8,7 +8,7 @@ use super::reading::{Loaded as Picked, Reading, start_assumed};
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::describe::{Diagnosis as Described, describe};
-use crate::diagnose::data::check;
+use crate::diagnose::data::{FindingKind, check};
 use crate::diagnose::drive::drivers::different_drivers;
 use crate::diagnose::drive::road::{lap, on_the_road_of};
 use crate::diagnose::drive::{drives_apart, hold_back};
@@ -17,7 +17,7 @@ use crate::extension::Extension;
 use crate::race::{NotFollowed, Policy, Request, race, rounds};
 use crate::result::diagnosis::{DataEntry, FindingEntry, Outcome};
 use crate::text::spelling::any_of;
-use crate::trajectory::{Note, Recording, Trajectory};
+use crate::trajectory::{Recording, Trajectory};
 use crate::wgsl::{library, read_extension};
 use std::fmt;
 use std::ops::ControlFlow;
@@ -183,12 +183,13 @@ impl Loading {
         // Causes read the grade, whatever the base model does.
         start_assumed(&picked.trajectory).filter(|_| !self.data_only).into_iter().for_each(&mut *warn);
         let path = recording.source.path.clone();
-        let units = picked.trajectory.notes.iter().find(|note| matches!(note, Note::UnitsContradict { .. }));
-        let units = units.map(ToString::to_string);
-        let mut findings = FindingEntry::of(&picked.trajectory);
-        // Report a unit error first and only once, because it explains every wrong size.
-        findings.retain(|finding| units.is_none() || finding.name != "unit");
         let trajectory = &picked.trajectory;
+        // Report a unit error first and only once, because it explains every wrong size.
+        let is_unit = |kind| matches!(kind, FindingKind::Unit | FindingKind::Exchanged);
+        let (units, others): (Vec<_>, Vec<_>) =
+            trajectory.findings().partition(|finding| is_unit(finding.kind) && finding.correction.is_none());
+        let findings = others.into_iter().map(|finding| FindingEntry::new(&path, finding)).collect();
+        let units = units.first().map(|finding| finding.told());
         let mut entry = DataEntry {
             path,
             sha256: trajectory.source.sha256.clone(),

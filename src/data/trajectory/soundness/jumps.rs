@@ -1,6 +1,8 @@
 //! Contradictions of gap and speeds that no constant explains: jumps, single spikes, and a drift of the rest.
 
 use super::finding::{Finding, FindingKind, Remedy, Who, interval};
+use super::held::merge;
+use super::level::rates;
 use super::limits::LIMITS;
 use super::link::{Link, Signal};
 use crate::statistics::{robust_scale, upper_median};
@@ -238,10 +240,13 @@ pub(super) fn spiky(signal: &Signal, link: &Link, spikes: &[Range<usize>]) -> Op
     })
 }
 
-/// The remainder is too large for signals of the same two cars.
-pub(super) fn drifting(link: &Link, rms_mps: f64) -> Finding {
+/// The remainder is too large for signals of the same two cars; over some seconds it exceeds `limit` \[m/s\].
+pub(super) fn drifting(link: &Link, rms_mps: f64, limit: f64) -> Finding {
+    let second = link.samples(1.0);
+    let whole = [0..link.len()];
+    let over = rates(link, &whole).filter(|(_, rate)| rate.abs() > limit).map(|(i, _)| i..i + second);
     Finding {
-        when: vec![[link.time(0), link.time(link.len().saturating_sub(1))]],
+        when: merge(over.collect()).iter().map(|r| [link.time(r.start), link.time(r.end)]).collect(),
         matters: true,
         sentence: format!("{}: contradicts the speeds (rms {rms_mps:.1} m/s): broken?", link.called),
         ..Finding::new(FindingKind::Inconsistent, Who::Either, "gap", rms_mps, "m/s")

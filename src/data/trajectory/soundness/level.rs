@@ -5,6 +5,7 @@
 
 use super::jumps::{self, Jump};
 use super::link::Link;
+use crate::statistics::rms;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -54,16 +55,20 @@ impl Usable {
     }
 }
 
-/// Gap rate minus speed difference, averaged over a second: root mean square \[m/s\].
-pub(super) fn rate_rms(link: &Link, usable: &Usable) -> Option<f64> {
+/// Gap rate minus speed difference, averaged over a second \[m/s\], with the first sample of that second; NaN if a value is missing.
+pub(super) fn rates<'a>(link: &'a Link, stretches: &'a [Range<usize>]) -> impl Iterator<Item = (usize, f64)> + 'a {
     let d = jumps::innovations(link);
     let width = link.samples(1.0);
-    let rates = usable.stretches.iter().flat_map(|r| d[r.start..r.end - 1].windows(width));
-    let (sum, n) = rates
-        .map(|w| w.iter().sum::<f64>() / (width as f64 * link.dt))
-        .filter(|rate| rate.is_finite())
-        .fold((0.0, 0.0), |(s, n), r| (s + r * r, n + 1.0));
-    (n > 0.0).then(|| (sum / n).sqrt())
+    stretches.iter().flat_map(move |r| {
+        let sum = |i: usize| d[i..i + width].iter().sum::<f64>() / (width as f64 * link.dt);
+        let rates: Vec<(usize, f64)> = (r.start..r.end.saturating_sub(width)).map(|i| (i, sum(i))).collect();
+        rates
+    })
+}
+
+/// The root mean square of these \[m/s\].
+pub(super) fn rate_rms(link: &Link, stretches: &[Range<usize>]) -> Option<f64> {
+    rms(rates(link, stretches).map(|(_, rate)| rate))
 }
 
 /// Steps of a singular value decomposition of a few columns at most.

@@ -8,9 +8,7 @@ use crate::trajectory::factor;
 
 /// Gap and speeds vary together, but by a factor that is not about 1.
 pub(super) fn factor(link: &Link) -> Option<Finding> {
-    let t: Vec<f64> = (0..link.len()).map(|i| link.time(i)).collect();
-    let dv: Vec<f64> = link.v_l.iter().zip(&link.v_f).map(|(v_l, v_f)| v_l - v_f).collect();
-    let ratio = factor::of_gap([(t.as_slice(), dv.as_slice(), link.gap.as_slice())])?;
+    let ratio = link.ratio(1.0).filter(factor::is_unit)?;
     let exchanged = ratio < 0.0;
     let kind = if exchanged { FindingKind::Exchanged } else { FindingKind::Unit };
     let hint = factor::explain(ratio).map_or_else(String::new, |hint| format!(" ({hint})"));
