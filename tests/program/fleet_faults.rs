@@ -329,3 +329,21 @@ fn drivers_are_called_by_their_ids() {
     let html = fs::read_to_string(page).expect("written");
     assert!(html.contains("D03: idm") && !html.contains("pair 3"), "the worst fits are named");
 }
+
+/// A human and a controller are two drivers, each with a row of its own.
+#[test]
+fn each_driver_of_a_drive_has_a_row() {
+    let folder = scratch("fleet_faults", "takeover");
+    let driven = pair(varied);
+    let rows_of = |(k, line): (usize, &str)| match k {
+        0 => format!("{line},driver\n"),
+        k => format!("{line},{}\n", if k <= 250 { "ACC" } else { "Human" }),
+    };
+    let table = file(&folder, "pair.csv", &driven.lines().enumerate().map(rows_of).collect::<String>());
+    let out = folder.join("out");
+    ok(&fleet(&table, &out, &["--model", "idm"]));
+    let told: Vec<(String, String, String)> =
+        rows(&out).iter().map(|row| (row["name"].clone(), row["samples"].clone(), row["status"].clone())).collect();
+    let row = |name: &str, samples: &str| (name.to_owned(), samples.to_owned(), "ok".to_owned());
+    assert_eq!(told, [row("follower (ACC)", "250"), row("follower (Human)", "150")]);
+}
