@@ -34,9 +34,14 @@ pub enum ProblemKind {
     #[error("the line is longer than {limit} bytes; expected rows of CSV: is this the right file?")]
     LineTooLong { limit: usize },
     #[error(
-        "expected a table of at most {limit} bytes, of text (unpacked) and of memory for its rows, found more; split the file by time or by vehicle, and remove columns that leadlag does not read"
+        "expected a table of at most {limit} bytes of text (unpacked), found more; split the file by time or by vehicle, and remove columns that leadlag does not read"
     )]
     TableTooLarge { limit: u64 },
+    #[error(
+        "expected at most {rows} lines, which take {} MiB of memory, found more; split the file by time or by vehicle, or allow this process more memory if it is limited (`ulimit -v`)",
+        limit >> 20
+    )]
+    TooManyRows { limit: u64, rows: u64 },
     #[error("a carriage return inside a line; expected line ends LF or CRLF: convert the line ends of the file")]
     LoneCarriageReturn,
     #[error(

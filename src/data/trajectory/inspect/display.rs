@@ -106,10 +106,7 @@ impl fmt::Display for PlatoonInspection {
         }
         if !self.links.is_empty() {
             writeln!(f)?;
-            writeln!(
-                f,
-                "gap rate minus speed difference over a second (rms), outside of faults"
-            )?;
+            writeln!(f, "gap rate minus speed difference over a second (rms), outside of faults")?;
         }
         for link in &self.links {
             let rms = link.gap_rate_rms_mps.map_or_else(|| "-".to_owned(), |rms| format!("{rms:.3}"));

@@ -212,7 +212,9 @@ pub(super) fn joined(y: &[f64], factor: f64) -> Vec<f64> {
 /// Mean distance of the events in samples, if they come at regular distances of more than one; neighbouring events count as one.
 fn regular(events: impl Iterator<Item = Option<bool>>) -> Option<f64> {
     let (mut distances, mut since, mut quiet) = (Vec::new(), None::<usize>, true);
+    let mut count = 0;
     for event in events {
+        count += usize::from(event == Some(true));
         match event {
             None => (since, quiet) = (None, true),
             Some(true) if quiet => {
@@ -224,7 +226,8 @@ fn regular(events: impl Iterator<Item = Option<bool>>) -> Option<f64> {
         }
     }
     let n = distances.len();
-    if n < RUNS {
+    // An event takes up to two samples, where its time lies between them.
+    if n < RUNS || count > 3 * n {
         return None;
     }
     let mut sorted = distances.clone();

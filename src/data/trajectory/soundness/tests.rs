@@ -247,3 +247,17 @@ fn what_never_changes_comes_to_an_end() {
         assert!(found.iter().all(|finding| finding.kind != FindingKind::SpeedScale), "{found:?}");
     }
 }
+
+/// Digits of a file repeat where a motion turns, regularly if it is a sine.
+#[test]
+fn a_smooth_motion_is_not_held() {
+    let mut smooth = drive(0.1);
+    let swing =
+        |phase: f64| (0..30_000).map(move |i| ((20.0 + 3.0 * (f64::from(i) / 30.0 - phase).sin()) * 1e3).round() / 1e3);
+    (smooth.v_l, smooth.v_f) = (swing(0.0).collect(), swing(0.1).collect());
+    smooth.gap = (0..30_000)
+        .map(|i| 30.0 - 9.0 * (f64::from(i) / 30.0).cos() + 9.0 * (f64::from(i) / 30.0 - 0.1).cos())
+        .collect();
+    let kinds: Vec<FindingKind> = check_link(&smooth).findings.iter().map(|finding| finding.kind).collect();
+    assert!(!kinds.contains(&FindingKind::Resampled), "{kinds:?}");
+}
