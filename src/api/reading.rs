@@ -180,7 +180,7 @@ impl Reading {
     }
 
     /// Every pair of a file, or every requested one, and what the file has besides; `vehicle`: whether the follower's car must be known. If
-    /// long gaps cut a pair into segments, the longest one of each driver.
+    /// long gaps cut a pair into segments, the longest one; one of another driver is a pair that cannot be used.
     pub(crate) fn pairs(
         &self,
         input: Input<'_>,
@@ -215,13 +215,17 @@ impl Reading {
                 Ok(drives) => drives,
                 Err(error) => return vec![found(name.clone(), Err(error))],
             };
-            let several = drives.len() > 1;
-            let of = |trajectory: Trajectory| {
-                let driver = trajectory.driver().filter(|_| several);
-                let name = driver.map_or_else(|| name.clone(), |driver| format!("{name} ({driver})"));
-                found(name, self.with_vehicle(trajectory, vehicle))
+            // The drive is that of who drives it longest; of equally long ones, of the first.
+            let longest = (0..drives.len()).rev().max_by_key(|&k| drives[k].len()).unwrap_or(0);
+            let by = drives.get(longest).and_then(Trajectory::driver).unwrap_or_default().to_owned();
+            let of = |(k, trajectory): (usize, Trajectory)| match trajectory.driver() {
+                _ if k == longest => found(name.clone(), self.with_vehicle(trajectory, vehicle)),
+                driver => {
+                    let driver = driver.unwrap_or("an unnamed driver");
+                    found(format!("{name} ({driver})"), Err(another_driver(&trajectory, driver, &by)))
+                }
             };
-            drives.into_iter().map(of).collect()
+            drives.into_iter().enumerate().map(of).collect()
         };
         let pairs: Vec<Vec<Found>> = asked.into_par_iter().map(pair).collect();
         let left_out = recording.platoons.iter().flat_map(|platoon| &platoon.notes).filter(|note| note.leaves_out());
@@ -483,6 +487,16 @@ fn is_of_one(error: &anyhow::Error) -> bool {
     let of_one =
         |error: &PrepareError| matches!(error, TooShort { .. } | Short { .. } | EmptyWindow { .. } | Faulty { .. });
     error.downcast_ref().is_some_and(of_one)
+}
+
+/// Why a piece of a drive is not calibrated with the rest.
+fn another_driver(piece: &Trajectory, driver: &str, by: &str) -> anyhow::Error {
+    let [from, to] = [piece.t[0], piece.t[piece.len() - 1]];
+    anyhow::anyhow!(
+        "{}: {driver} drives from {from:.1} to {to:.1} s, as the file says, and the longer piece by {by} is the pair of this drive; \
+         --from {from:.3} --to {to:.3} calibrates this one",
+        piece.source.path
+    )
 }
 
 /// The follower of a name or number. Of a name, only the platoons in which that car follows are kept.

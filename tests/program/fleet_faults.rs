@@ -330,7 +330,7 @@ fn drivers_are_called_by_their_ids() {
     assert!(html.contains("D03: idm") && !html.contains("pair 3"), "the worst fits are named");
 }
 
-/// A human and a controller are two drivers, each with a row of its own.
+/// A human and a controller are two drivers, of whom one is calibrated and the other has a row with the reason.
 #[test]
 fn each_driver_of_a_drive_has_a_row() {
     let folder = scratch("fleet_faults", "takeover");
@@ -342,8 +342,15 @@ fn each_driver_of_a_drive_has_a_row() {
     let table = file(&folder, "pair.csv", &driven.lines().enumerate().map(rows_of).collect::<String>());
     let out = folder.join("out");
     ok(&fleet(&table, &out, &["--model", "idm"]));
-    let told: Vec<(String, String, String)> =
-        rows(&out).iter().map(|row| (row["name"].clone(), row["samples"].clone(), row["status"].clone())).collect();
-    let row = |name: &str, samples: &str| (name.to_owned(), samples.to_owned(), "ok".to_owned());
-    assert_eq!(told, [row("follower (ACC)", "250"), row("follower (Human)", "150")]);
+    let rows = rows(&out);
+    let told: Vec<[&str; 3]> =
+        rows.iter().map(|row| ["name", "samples", "status"].map(|column| row[column].as_str())).collect();
+    assert_eq!(told, [["follower", "250", "ok"], ["follower (Human)", "", "unusable"]]);
+    let reason = &rows[1]["reason"];
+    assert!(
+        reason.contains("Human drives from 25.0 to 39.9 s") && reason.contains("--from 25.000 --to 39.900"),
+        "{reason}"
+    );
+    // That option calibrates it.
+    ok(&fleet(&table, &folder.join("human"), &["--model", "idm", "--from", "25.000", "--to", "39.900"]));
 }
