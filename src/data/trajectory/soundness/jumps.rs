@@ -45,11 +45,6 @@ impl Jump {
     }
 }
 
-/// Gap change minus integrated speed difference from one sample to the next \[m\]; NaN if a value is missing.
-pub(super) fn innovations(link: &Link) -> Vec<f64> {
-    (1..link.len()).map(|i| link.gap[i] - link.gap[i - 1] - link.told(i - 1, i)).collect()
-}
-
 /// Jumps outside of the broken ranges, in the order of time.
 pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
     let mut whole: Vec<bool> = (0..link.len()).map(|i| (link.gap[i] + link.v_l[i] + link.v_f[i]).is_finite()).collect();
@@ -60,7 +55,7 @@ pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
         .windows(2)
         .map(|pair| match pair[1] - pair[0] {
             apart if apart > unseen => 0.0,
-            _ => link.gap[pair[1]] - link.gap[pair[0]] - link.told(pair[0], pair[1]),
+            _ => link.step(pair[0], pair[1]),
         })
         .collect();
     let usual = robust_scale(steps.iter().copied()).unwrap_or(0.0);

@@ -138,6 +138,11 @@ impl Link {
         0.5 * (dv(a) + dv(b)) * (b - a) as f64 * self.dt
     }
 
+    /// Change of the gap between two samples minus that by the speeds \[m\]; NaN if a value is missing.
+    pub(super) fn step(&self, a: usize, b: usize) -> f64 {
+        self.gap[b] - self.gap[a] - self.told(a, b)
+    }
+
     /// Change of the gap over that by the speeds, if they vary together; `size` is the unit of time \[s\].
     pub(super) fn ratio(&self, size: f64) -> Option<f64> {
         let t: Vec<f64> = (0..self.len()).map(|i| i as f64 * self.dt * size).collect();
