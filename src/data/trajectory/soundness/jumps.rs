@@ -238,8 +238,9 @@ pub(super) fn spiky(signal: &Signal, link: &Link, spikes: &[Range<usize>]) -> Op
 /// The remainder is too large for signals of the same two cars; over some seconds it exceeds `limit` \[m/s\].
 pub(super) fn drifting(link: &Link, rms_mps: f64, limit: f64) -> Finding {
     let second = link.samples(1.0);
-    let whole = [0..link.len()];
-    let over = rates(link, &whole).filter(|(_, rate)| rate.abs() > limit).map(|(i, _)| i..i + second);
+    let whole = 0..link.len();
+    let over =
+        rates(link, std::slice::from_ref(&whole)).filter(|(_, rate)| rate.abs() > limit).map(|(i, _)| i..i + second);
     Finding {
         when: merge(over.collect()).iter().map(|r| [link.time(r.start), link.time(r.end)]).collect(),
         matters: true,
