@@ -110,7 +110,7 @@ pub fn check_link(measured: &Link) -> Soundness {
     }
     findings.splice(0..0, units::too_fast(&link));
     // What is held has no noise between its own samples.
-    findings.extend(units::noisy(&link));
+    findings.extend(noise::drowned(&link));
     let mut unseen = Vec::new();
     let mut usable = level::Usable::new(&link, &broken, &[]);
     // A wrong unit explains any other contradiction.

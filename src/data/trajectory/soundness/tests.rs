@@ -216,10 +216,10 @@ fn accelerations_that_are_mostly_noise_are_told() {
         v_f: (0..2000).map(|i| 20.0 + 3.0 * (0.2 * dt * i as f64).sin() + (noise(i + 1) - noise(i)) / dt).collect(),
         ..drive(dt)
     };
-    let found = units::noisy(&link(0.04, &noise)).expect("noise").told();
+    let found = noise::drowned(&link(0.04, &noise)).expect("noise").told();
     assert!(found.contains("is noise to 9") || found.contains("is noise to 100 %"), "{found}");
-    assert_eq!(units::noisy(&link(0.04, &|_| 0.0)), None);
-    assert_eq!(units::noisy(&link(1.0, &|i| 0.1 * noise(i))), None);
+    assert_eq!(noise::drowned(&link(0.04, &|_| 0.0)), None);
+    assert_eq!(noise::drowned(&link(1.0, &|i| 0.1 * noise(i))), None);
 }
 
 #[test]
