@@ -427,3 +427,69 @@ fn parameters_are_compared_with_and_without_correction() {
     assert!(measured.contains(" because of this; --correct gives "), "{measured}");
     assert!(corrected.contains("corrected: ") && corrected.contains("; as measured: "), "{corrected}");
 }
+
+/// A report says which of its parts are missing or belong to another result.
+#[test]
+fn missing_charts_and_a_stale_export_are_said() {
+    let folder = scratch("cli_warnings", "stale");
+    let (pair, fit, page) = (drive().join("pair_follower1.csv"), folder.join("fit"), folder.join("page.html"));
+    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&fit)];
+    succeeds(&[&["calibrate", text(&pair)], &search[..]].concat());
+    succeeds(&["export", "sumo", text(&fit), "--no-run"]);
+    let report = || stderr(&succeeds(&["report", text(&fit), "-o", text(&page)]));
+    assert!(!report().contains("warning: "));
+    let result = fs::read_to_string(fit.join("result.json")).unwrap();
+    fs::write(fit.join("result.json"), result + "\n").unwrap();
+    fs::remove_file(fit.join("simulation.csv")).unwrap();
+    let said = report();
+    assert!(said.contains("simulation.csv is not there, so its charts are missing"), "{said}");
+    assert!(said.contains("is of another result than") && said.contains("export it again"), "{said}");
+}
+
+/// Who drives, by the file, against the bounds; and a desired speed that is below the driven ones.
+#[test]
+fn bounds_for_another_driver_are_warned_of() {
+    let folder = scratch("cli_warnings", "drivers");
+    let driven_by = |driver: &str, pair: &str| {
+        let sound = fs::read_to_string(drive().join(pair)).unwrap();
+        let rows = sound.lines().enumerate();
+        let file = folder.join(format!("{driver}.csv"));
+        let text = rows.map(|(i, row)| format!("{row},{}\n", if i == 0 { "driver" } else { driver }));
+        fs::write(&file, text.collect::<String>()).unwrap();
+        file
+    };
+    let (human, machine) = (driven_by("Human", "pair_follower1.csv"), driven_by("ACC", "pair_follower2.csv"));
+    let said = |files: &[&Path], more: &[&str]| {
+        let out = folder.join(format!("fit{}", more.len()));
+        let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
+        let files: Vec<&str> = files.iter().map(|file| text(file)).collect();
+        stderr(&succeeds(&[&["calibrate"], &files[..], &search, more].concat()))
+    };
+    let bounds = "the file names a human driver, but these bounds are for ACC cars; use --bounds human";
+    assert!(said(&[&human], &[]).contains(bounds));
+    assert!(
+        !said(&[&human], &["--bounds", "human"]).contains("human driver") && !said(&[&machine], &[]).contains("human")
+    );
+    let both = said(&[&human, &machine], &["--joint"]);
+    assert!(
+        both.contains("have a human driver and a controller according to the files, but get the same parameters"),
+        "{both}"
+    );
+    let slow = folder.join("slow.toml");
+    fs::write(&slow, "v_0 = [5, 15]\n").unwrap();
+    let slow = said(&[&machine], &["--bounds", text(&slow)]);
+    assert!(slow.contains("but v_0 is searched up to 15 m/s only: the model cannot keep up"), "{slow}");
+}
+
+/// A simulated car that ends early leads no other one.
+#[test]
+fn a_platoon_ends_behind_a_car_that_ends_early() {
+    let fit = scratch("cli_warnings", "platoon_ends").join("fit");
+    let (pair, platoon) = (drive().join("pair_follower1.csv"), drive().join("platoon.csv"));
+    // Hardly any reaction to the car ahead: feasible until it brakes.
+    let weak = ["k_s=0.01", "k_v=0.01", "k_0=5", "t_h=0.1", "d_0=1"].map(|fix| ["--fix", fix]).concat();
+    let search = ["--model", "l-cth", "--max-evaluations", "100", "--no-intervals", "--to", "40", "--out", text(&fit)];
+    succeeds(&[&["calibrate", text(&pair)], &search[..], &weak].concat());
+    let said = stderr(&leadlag(&["simulate", text(&platoon), "--platoon", "--result", text(&fit)]));
+    assert!(said.contains("the platoon ends here because the simulation of the car ahead ended early"), "{said}");
+}

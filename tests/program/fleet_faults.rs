@@ -361,3 +361,22 @@ fn each_driver_of_a_drive_has_a_row() {
     // That option calibrates it.
     ok(&fleet(&table, &folder.join("human"), &["--model", "idm", "--from", "25.000", "--to", "39.900"]));
 }
+
+/// Doubtful pairs are counted and named before the calibration, and have the kinds of faults in the table.
+#[test]
+fn doubtful_pairs_of_a_fleet_are_named() {
+    let folder = scratch("fleet_faults", "doubtful");
+    let sound = pair(varied);
+    let jumps = sound.lines().enumerate().map(|(k, line)| match line.rsplit_once(',') {
+        Some((before, gap)) if k > 200 => format!("{before},{}\n", gap.parse::<f64>().expect("a gap") + 8.0),
+        _ => format!("{line}\n"),
+    });
+    let tables = [file(&folder, "sound.csv", &sound), file(&folder, "jumps.csv", &jumps.collect::<String>())];
+    let out = folder.join("out");
+    let files = ["calibrate", text(&tables[0]), text(&tables[1]), "--all", "--model", "idm", "--out", text(&out)];
+    let said = stderr(&succeeds(&[&files, &SETTINGS[..]].concat()));
+    let named = format!("1 of 2 pairs have implausible signals: {} follower 1 (inconsistent)", tables[1].display());
+    assert!(said.contains(&named) && said.contains("up by 8.0 m"), "{said}");
+    let findings: Vec<String> = rows(&out).iter().map(|row| row["findings"].clone()).collect();
+    assert_eq!(findings, ["", "inconsistent"]);
+}
