@@ -252,12 +252,10 @@ fn what_never_changes_comes_to_an_end() {
 #[test]
 fn a_smooth_motion_is_not_held() {
     let mut smooth = drive(0.1);
-    let swing =
-        |phase: f64| (0..30_000).map(move |i| ((20.0 + 3.0 * (f64::from(i) / 30.0 - phase).sin()) * 1e3).round() / 1e3);
-    (smooth.v_l, smooth.v_f) = (swing(0.0).collect(), swing(0.1).collect());
-    smooth.gap = (0..30_000)
-        .map(|i| 30.0 - 9.0 * (f64::from(i) / 30.0).cos() + 9.0 * (f64::from(i) / 30.0 - 0.1).cos())
-        .collect();
+    let phase = |i: usize, car: usize| i as f64 / 30.0 - car as f64 / 3.0;
+    let speed = |car: usize| (0..30_000).map(move |i| ((20.0 + phase(i, car).sin()) * 1e3).round() / 1e3).collect();
+    (smooth.v_l, smooth.v_f) = (speed(0), speed(1));
+    smooth.gap = (0..30_000).map(|i| 30.0 + 3.0 * (phase(i, 1).cos() - phase(i, 0).cos())).collect();
     let kinds: Vec<FindingKind> = check_link(&smooth).findings.iter().map(|finding| finding.kind).collect();
     assert!(!kinds.contains(&FindingKind::Resampled), "{kinds:?}");
 }
