@@ -9,7 +9,7 @@ use super::reading::{Loaded as Picked, Reading, start_assumed};
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::describe::{Diagnosis as Described, describe};
-use crate::diagnose::data::check;
+use crate::diagnose::data::{FindingKind, check};
 use crate::diagnose::drive::drivers::different_drivers;
 use crate::diagnose::drive::road::{lap, on_the_road_of};
 use crate::diagnose::drive::{drives_apart, hold_back};
@@ -21,7 +21,7 @@ use crate::race::loss::SHORTEST_S;
 use crate::race::{NotFollowed, Policy, Request, Unit, race, rounds};
 use crate::result::diagnosis::{DataEntry, FindingEntry, Outcome};
 use crate::text::spelling::any_of;
-use crate::trajectory::{Note, Recording, Trajectory};
+use crate::trajectory::{Recording, Trajectory};
 use crate::wgsl::{library, read_extension};
 use indexmap::IndexMap;
 use std::fmt;
@@ -193,12 +193,13 @@ impl Loading {
         let soundness = check(&recording, platoon, follower)?;
         // Causes read the grade, whatever the base model does.
         start_assumed(&picked.trajectory).filter(|_| !self.data_only).into_iter().for_each(&mut *warn);
-        let units = picked.trajectory.notes.iter().find(|note| matches!(note, Note::UnitsContradict { .. }));
-        let units = units.map(ToString::to_string);
-        let mut findings = FindingEntry::of(&picked.trajectory);
-        // Report a unit error first and only once, because it explains every wrong size.
-        findings.retain(|finding| units.is_none() || finding.name != "unit");
         let trajectory = &picked.trajectory;
+        // Report a unit error first and only once, because it explains every wrong size.
+        let is_unit = |kind| matches!(kind, FindingKind::Unit | FindingKind::Exchanged);
+        let (units, others): (Vec<_>, Vec<_>) =
+            trajectory.findings().partition(|finding| is_unit(finding.kind) && finding.correction.is_none());
+        let findings = others.into_iter().map(|finding| FindingEntry::new(&trajectory.source.path, finding)).collect();
+        let units = units.first().map(|finding| finding.told());
         let mut entry = DataEntry { units, ..DataEntry::of(trajectory, role) };
         entry.take(&soundness);
         Ok(Examined { picked, entry, findings })

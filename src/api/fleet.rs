@@ -31,6 +31,8 @@ pub struct Pairs {
     pub(crate) pairs: Vec<Pair>,
     /// Why files cannot be read, a line each.
     pub(crate) unreadable: Vec<String>,
+    /// What files have besides, a line each: pairs that are too short, vehicles without the one ahead.
+    pub(crate) left_out: Vec<String>,
 }
 
 impl Pairs {
@@ -110,7 +112,7 @@ impl Pairs {
     /// Faults of files and signals, one line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
-        self.unreadable.iter().cloned().chain(self.doubtful()).chain(self.repeated()).collect()
+        self.unreadable.iter().chain(&self.left_out).cloned().chain(self.doubtful()).chain(self.repeated()).collect()
     }
 
     /// Number of pairs with doubtful data, their names, and the fault of the first.
@@ -180,7 +182,9 @@ impl Pairs {
         vehicle: Option<&Variant>,
     ) -> anyhow::Result<()> {
         let file = input.shown();
-        for one in reading.pairs(input, follower, vehicle)? {
+        let (found, left_out) = reading.pairs(input, follower, vehicle)?;
+        self.left_out.extend(left_out);
+        for one in found {
             let is_short = one.drive.as_ref().is_err_and(|error| {
                 matches!(error.downcast_ref(), Some(PrepareError::TooShort { .. } | PrepareError::Short { .. }))
             });

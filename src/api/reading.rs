@@ -179,14 +179,14 @@ impl Reading {
         Ok(Some(1))
     }
 
-    /// Every pair of a file, or every requested one; `vehicle`: whether the follower's car must be known. If long gaps cut a pair into
-    /// segments, the longest one.
+    /// Every pair of a file, or every requested one, and what the file has besides; `vehicle`: whether the follower's car must be known. If
+    /// long gaps cut a pair into segments, the longest one; one of another driver is a pair that cannot be used.
     pub(crate) fn pairs(
         &self,
         input: Input<'_>,
         follower: Option<&str>,
         vehicle: Option<&Variant>,
-    ) -> anyhow::Result<Vec<Found>> {
+    ) -> anyhow::Result<(Vec<Found>, Vec<String>)> {
         let (mut recording, mut number) = (self.open(input)?, None);
         if let Some(text) = follower
             && !recording.keep_follower(text)
@@ -210,33 +210,63 @@ impl Reading {
             }
         }
         let pair = |(platoon, follower, name): (&Platoon, usize, &String)| {
-            let drive = self.drive_of(&recording, platoon, follower, &preparation, vehicle);
-            Found { id: platoon.id.clone(), follower, name: name.clone(), drive }
+            let found = |name, drive| Found { id: platoon.id.clone(), follower, name, drive };
+            let drives = match self.longest_of(&recording, platoon, follower, &preparation) {
+                Ok(drives) => drives,
+                Err(error) => return vec![found(name.clone(), Err(error))],
+            };
+            // The drive is that of who drives it longest; of equally long ones, of the first.
+            let longest = (0..drives.len()).rev().max_by_key(|&k| drives[k].len()).unwrap_or(0);
+            let by = drives.get(longest).and_then(Trajectory::driver).unwrap_or_default().to_owned();
+            let of = |(k, trajectory): (usize, Trajectory)| match trajectory.driver() {
+                _ if k == longest => found(name.clone(), self.with_vehicle(trajectory, vehicle)),
+                driver => {
+                    let driver = driver.unwrap_or("an unnamed driver");
+                    found(format!("{name} ({driver})"), Err(another_driver(&trajectory, driver, &by)))
+                }
+            };
+            drives.into_iter().enumerate().map(of).collect()
         };
-        Ok(asked.into_par_iter().map(pair).collect())
+        let pairs: Vec<Vec<Found>> = asked.into_par_iter().map(pair).collect();
+        let left_out = recording.platoons.iter().flat_map(|platoon| &platoon.notes).filter(|note| note.leaves_out());
+        let left_out = left_out.map(|note| format!("{}: {note}", recording.source.path)).collect();
+        Ok((pairs.into_iter().flatten().collect(), left_out))
     }
 
-    /// The longest segment of a follower, with the car.
-    fn drive_of(
+    /// The longest segment of each driver of a follower, in the order in which they drive.
+    fn longest_of(
         &self,
         recording: &Recording,
         platoon: &Platoon,
         follower: usize,
         preparation: &Preparation,
-        vehicle: Option<&Variant>,
-    ) -> anyhow::Result<Loaded> {
-        let segments = prepare_platoon(recording, platoon, follower, preparation)?;
-        let longest = segments.into_iter().rev().max_by_key(Trajectory::len).context("no segment is long enough")?;
-        let wanted = vehicle.map(|variant| (variant, self.find_vehicle(&longest, variant)));
+    ) -> anyhow::Result<Vec<Trajectory>> {
+        let mut longest: Vec<Trajectory> = Vec::new();
+        for segment in prepare_platoon(recording, platoon, follower, preparation)? {
+            match longest.iter_mut().find(|one| one.driver() == segment.driver()) {
+                Some(one) if one.len() >= segment.len() => {}
+                Some(one) => *one = segment,
+                None => longest.push(segment),
+            }
+        }
+        Ok(longest)
+    }
+
+    /// A trajectory with the car of a variant that needs it.
+    fn with_vehicle(&self, trajectory: Trajectory, vehicle: Option<&Variant>) -> anyhow::Result<Loaded> {
+        let wanted = vehicle.map(|variant| (variant, self.find_vehicle(&trajectory, variant)));
         let vehicle = match wanted {
             None => None,
             Some((_, Ok(Some(found)))) => Some(found),
             Some((variant, Ok(None))) => {
-                anyhow::bail!("variant {variant} needs the vehicle, and there is none of the name `{}`", longest.name)
+                anyhow::bail!(
+                    "variant {variant} needs the vehicle, and there is none of the name `{}`",
+                    trajectory.name
+                )
             }
             Some((_, Err(error))) => return Err(error),
         };
-        Ok(Loaded { trajectory: longest, vehicle, twin: None })
+        Ok(Loaded { trajectory, vehicle, twin: None })
     }
 
     /// Every requested trajectory, in that order; with `all` every usable one of the file, if none is requested.
@@ -457,6 +487,16 @@ fn is_of_one(error: &anyhow::Error) -> bool {
     let of_one =
         |error: &PrepareError| matches!(error, TooShort { .. } | Short { .. } | EmptyWindow { .. } | Faulty { .. });
     error.downcast_ref().is_some_and(of_one)
+}
+
+/// Why a piece of a drive is not calibrated with the rest.
+fn another_driver(piece: &Trajectory, driver: &str, by: &str) -> anyhow::Error {
+    let [from, to] = [piece.t[0], piece.t[piece.len() - 1]];
+    anyhow::anyhow!(
+        "{}: {driver} drives from {from:.1} to {to:.1} s, as the file says, and the longer piece by {by} is the pair of this drive; \
+         --from {from:.3} --to {to:.3} calibrates this one",
+        piece.source.path
+    )
 }
 
 /// The follower of a name or number. Of a name, only the platoons in which that car follows are kept.

@@ -12,7 +12,7 @@ use crate::report::{plot, simulation};
 use crate::rescore;
 use crate::result::{ResultFile, Treatment, VehicleEntry, diagnosis, read_bounded};
 use crate::score::{GoodnessOfFit, Measures, Signal};
-use crate::simulate::{Ahead, CalibratedVariant, follow};
+use crate::simulate::{Ahead, CalibratedVariant, far_above_in, follow};
 use crate::trajectory::Recording;
 use anyhow::Context;
 use serde_json::json;
@@ -126,6 +126,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             case = follow(&case, &loaded.trajectory.t, leads)?;
         }
         case.check(parameters)?;
+        far_above_in(&case, parameters).iter().for_each(|text| warn(text));
         let mut trace = Trace::default();
         let outcome = rescore::outcome(&case, parameters, &mut trace)?;
         done.push(Simulated { loaded, follows, case, trace, outcome });

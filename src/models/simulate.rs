@@ -4,7 +4,7 @@ use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluator::{Case, CaseError};
 use crate::reference::Trace;
-use crate::symbols::Parameters;
+use crate::symbols::{Parameters, Symbol};
 use crate::trajectory::Trajectory;
 use crate::vehicle::Vehicle;
 use std::sync::Arc;
@@ -123,4 +123,12 @@ pub fn far_above(v_0: f64, fastest: f64) -> bool {
 pub fn far_above_told(v_0: f64, fastest: f64) -> String {
     let unit = if v_0 > DESIRED { ": is it in km/h? m/s are expected" } else { ", so it changes little" };
     format!("v_0 = {v_0} m/s is far above the largest speed of the follower, {fastest:.1} m/s{unit}")
+}
+
+/// The warning about a case with these parameters, if its desired speed is far above the highest driven one.
+#[must_use]
+pub fn far_above_in(case: &Case, parameters: &Parameters) -> Option<String> {
+    let (v_0, fastest) = (parameters.get(Symbol::v_0), case.v_f.iter().copied().fold(0.0, f64::max));
+    let is_far = case.variant.parameters().contains(&Symbol::v_0) && far_above(v_0, fastest);
+    is_far.then(|| format!("{}: {}", case.label, far_above_told(v_0, fastest)))
 }

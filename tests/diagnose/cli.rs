@@ -68,7 +68,7 @@ fn units_that_contradict_each_other_are_told_before_any_size() {
         let output = leadlag(&["diagnose", &faulty, "--data-only", "--exit-code"]);
         let text = String::from_utf8(output.stdout).expect("UTF-8");
         assert_eq!(output.status.code(), Some(7), "{text}");
-        let (units, sizes) = (text.find("UNITS: the gap changes"), text.find("SPEED_SCALE"));
+        let (units, sizes) = (text.find("UNITS: spacing_m: changes"), text.find("SPEED_SCALE"));
         // A wrong unit explains every wrong size.
         assert!(units.is_some() && sizes.is_none(), "{text}");
         let text = ok(&["diagnose", &faulty, "--base", "idm", "--effort", "quick"]);

@@ -2,6 +2,7 @@
 
 use leadlag::internal::trajectory::import::{self, ColumnMap, read_mapped_from};
 use leadlag::internal::trajectory::{Note, Preparation, Recording, Trajectory, inspect, prepare};
+use leadlag::{Pairs, Reading};
 use std::fmt::Write;
 
 const FOOT: f64 = 0.3048;
@@ -90,6 +91,17 @@ fn feet_and_milliseconds_become_si() {
     // The other spelling of the older release.
     let older = ngsim().replacen("v_length", "v_Length", 1).replacen("Space_Headway", "Space_Hdwy", 1);
     assert_eq!(only(&read(&older, "ngsim")).s, trajectory.s);
+}
+
+/// Each pair of a fleet has a row, and what has none is counted.
+#[test]
+fn short_pairs_of_a_fleet_are_counted() {
+    let mut reading = Reading::default();
+    reading.columns = Some("ngsim".to_owned());
+    let pairs = Pairs::of_text(&reading, ngsim().as_bytes(), "table.csv").expect("a pair");
+    assert_eq!(pairs.len(), 1);
+    let said = "table.csv: 1 more pairs of the file are shorter than 2 s".to_owned();
+    assert!(pairs.warnings().contains(&said), "{:?}", pairs.warnings());
 }
 
 /// highD: frames of 25 Hz, bounding boxes, `x` its corner. `sign` -1: the upper lanes, towards lower positions.

@@ -100,6 +100,30 @@ fn a_relative_speed_is_read_and_told_from_that_of_the_vehicle_ahead() {
 }
 
 #[test]
+fn a_time_headway_is_no_distance() {
+    let mut table = "t,v,lead,headway,gap\n".to_owned();
+    for [t, v_l, v_f, gap] in rows(300, 0.1) {
+        table += &format!("{t:.1},{v_f:.6},{v_l:.6},{:.6},{gap:.6}\n", (gap + 5.0) / v_f);
+    }
+    let map = |key: &str, column: &str, more: &str| {
+        format!(
+            "rows = \"pairs\"\nlead_length = 5\n{more}\n[columns]\ntime = {{ name = \"t\" }}\nspeed = {{ name = \"v\" }}\n\
+             lead_speed = {{ name = \"lead\" }}\n{key} = {{ name = \"{column}\" }}\n"
+        )
+    };
+    for key in ["gap", "headway"] {
+        let said = mapped(&map(key, "headway", ""), &table).expect_err("times as distances");
+        assert!(
+            said.contains("column headway (m): expected distances in m, found 1.7")
+                && said.contains("a time headway in s?"),
+            "{said}"
+        );
+        mapped(&map(key, "headway", "check_units = false"), &table).expect("as the map asks for");
+        mapped(&map(key, "gap", ""), &table).expect("distances");
+    }
+}
+
+#[test]
 fn days_and_decimal_words_for_missing_are_read() {
     let map = "rows = \"pairs\"\nmissing = [\"-999\"]\n[columns]\ntime = { name = \"t\", unit = \"day\" }\n\
                speed = { name = \"v\" }\nlead_speed = { name = \"lead\" }\ngap = { name = \"gap\" }\n";

@@ -324,3 +324,172 @@ fn evaluate_lists_the_files_of_a_vehicle_where_they_were_used() {
     assert_eq!(used("idm"), (false, false));
     assert_eq!(used("idm+mfc"), (true, true));
 }
+
+/// The verbs that take a desired speed, of 432 km/h or in km/h.
+#[test]
+fn a_desired_speed_far_above_any_driven_is_warned_of_by_every_verb() {
+    let folder = scratch("cli_warnings", "far");
+    let (pair, fit, cases) = (drive().join("pair_follower1.csv"), folder.join("fit"), folder.join("cases.csv"));
+    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "-o", text(&fit), "--fix", "v_0=120"];
+    let calibrated = stderr(&succeeds(&[&["calibrate", text(&pair)], &search[..]].concat()));
+    let simulated = stderr(&succeeds(&["simulate", text(&pair), "--result", text(&fit)]));
+    let row = |v_0: u32| format!("1,platoon,1,4,{v_0},2,1.2,1.4,-2\n");
+    let header = "model_id,platoon,follower_position,delta,v_0,d_0,t_h,a_max,a_min\n";
+    let evaluated = |v_0| {
+        fs::write(&cases, format!("{header}{}", row(v_0))).unwrap();
+        stderr(&succeeds(&["evaluate", text(&cases), "--data", text(drive())]))
+    };
+    for said in [&calibrated, &simulated, &evaluated(120)] {
+        let warned =
+            said.lines().filter(|line| line.starts_with("warning: ") && line.contains("v_0 = 120 m/s is far above"));
+        assert_eq!(warned.count(), 1, "{said}");
+        assert!(said.contains("is it in km/h? m/s are expected"), "{said}");
+    }
+    assert!(!evaluated(33).contains("far above"));
+    // The command and its warnings stand in run.json.
+    let run: Value = serde_json::from_slice(&fs::read(fit.join("run.json")).unwrap()).unwrap();
+    let kept = run["warnings"].as_array().unwrap();
+    assert!(kept.iter().any(|text| text.as_str().unwrap().contains("v_0 = 120 m/s is far above")), "{run}");
+}
+
+#[test]
+fn intervals_of_a_drive_below_a_minute_are_said_to_be_too_narrow() {
+    let (pair, out) = (drive().join("pair_follower1.csv"), scratch("cli_warnings", "short"));
+    let fixed = ["delta=4", "v_0=33", "d_0=3", "a_max=1.5", "a_min=-3"].map(|fix| ["--fix", fix]).concat();
+    let search = ["--model", "idm", "--max-evaluations", "2000", "--out", text(&out), "--to", "50"];
+    let short = succeeds(&[&["calibrate", text(&pair)], &search[..], &fixed].concat()).stdout;
+    let short = String::from_utf8(short).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(short.contains("95 % intervals contained the truth in 89 (v_0) and 86 (d_0) of 100 cases"), "{short}");
+}
+
+/// Of a folder in which calibrations were mixed up, a report shows no charts of the wrong one, and says why.
+#[test]
+fn a_simulation_of_another_result_is_left_out_of_a_report() {
+    let folder = scratch("cli_warnings", "mixed_up");
+    let fit = |name: &str, more: &[&str]| {
+        let (pair, out) = (drive().join("pair_follower1.csv"), folder.join(name));
+        let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
+        succeeds(&[&["calibrate", text(&pair)], &search[..], more].concat());
+        out
+    };
+    let own = fit("own", &[]);
+    let report = || stderr(&succeeds(&["report", text(&own), "-o", text(&folder.join("page.html"))]));
+    assert!(!report().contains("left out"));
+    for (other, why) in [
+        (fit("cut", &["--to", "30"]), "is of another drive"),
+        (fit("fixed", &["--fix", "t_h=3"]), "is of another result"),
+    ] {
+        fs::copy(other.join("simulation.csv"), own.join("simulation.csv")).unwrap();
+        let said = report();
+        assert!(said.contains(why) && said.contains("its charts are left out"), "{said}");
+    }
+}
+
+#[test]
+fn a_simulation_with_another_mass_is_warned_of() {
+    let folder = scratch("cli_warnings", "mass");
+    let (pair, fit) = (drive().join("pair_follower1.csv"), folder.join("fit"));
+    let model = ["--model", "idm+nonlinear", "--vehicle", "bmw_x5", "--grade", "level"];
+    let search = ["--max-evaluations", "100", "--no-intervals", "--out", text(&fit)];
+    succeeds(&[&["calibrate", text(&pair)], &model[..], &search].concat());
+    let simulate = || stderr(&succeeds(&["simulate", text(&pair), "--result", text(&fit)]));
+    assert!(!simulate().contains("was calibrated with m_0"));
+    let mut result: Value = serde_json::from_slice(&fs::read(fit.join("result.json")).unwrap()).unwrap();
+    let mass = result["vehicle"]["m_0"].as_f64().unwrap();
+    result["vehicle"]["m_0"] = (mass - 100.0).into();
+    fs::write(fit.join("result.json"), result.to_string()).unwrap();
+    let said = simulate();
+    assert!(said.contains(&format!("was calibrated with m_0 = {} kg", mass - 100.0)), "{said}");
+    assert!(said.contains(&format!("bmw_x5 now has {mass} kg")), "{said}");
+}
+
+/// The verdict on a fault says which parameters it changes, measured or corrected.
+#[test]
+fn parameters_are_compared_with_and_without_correction() {
+    let folder = scratch("cli_warnings", "compared");
+    succeeds(&["synth", "--out", text(&folder), "--duration", "300", "--pairs"]);
+    let sound = fs::read_to_string(folder.join("pair_follower1.csv")).unwrap();
+    let faulty = sound.lines().enumerate().map(|(i, line)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if i > 0 {
+            fields[2] = (fields[2].parse::<f64>().unwrap() * 0.96).to_string();
+        }
+        fields.join(",") + "\n"
+    });
+    let (file, out) = (folder.join("slow.csv"), folder.join("fit"));
+    fs::write(&file, faulty.collect::<String>()).unwrap();
+    let said = |more: &[&str]| {
+        let search = ["--model", "idm", "--max-evaluations", "2000", "--no-intervals", "--out", text(&out)];
+        let output = succeeds(&[&["calibrate", text(&file)], &search[..], more].concat());
+        String::from_utf8(output.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ")
+    };
+    let (measured, corrected) = (said(&[]), said(&["--correct"]));
+    assert!(measured.contains(" because of this; --correct gives "), "{measured}");
+    assert!(corrected.contains("corrected: ") && corrected.contains("; as measured: "), "{corrected}");
+}
+
+/// A report says which of its parts are missing or belong to another result.
+#[test]
+fn missing_charts_and_a_stale_export_are_said() {
+    let folder = scratch("cli_warnings", "stale");
+    let (pair, fit, page) = (drive().join("pair_follower1.csv"), folder.join("fit"), folder.join("page.html"));
+    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&fit)];
+    succeeds(&[&["calibrate", text(&pair)], &search[..]].concat());
+    succeeds(&["export", "sumo", text(&fit), "--no-run"]);
+    let report = || stderr(&succeeds(&["report", text(&fit), "-o", text(&page)]));
+    assert!(!report().contains("warning: "));
+    let result = fs::read_to_string(fit.join("result.json")).unwrap();
+    fs::write(fit.join("result.json"), result + "\n").unwrap();
+    fs::remove_file(fit.join("simulation.csv")).unwrap();
+    let said = report();
+    assert!(said.contains("simulation.csv is not there, so its charts are missing"), "{said}");
+    assert!(said.contains("is of another result than") && said.contains("export it again"), "{said}");
+}
+
+/// Who drives, by the file, against the bounds; and a desired speed that is below the driven ones.
+#[test]
+fn bounds_for_another_driver_are_warned_of() {
+    let folder = scratch("cli_warnings", "drivers");
+    let driven_by = |driver: &str, pair: &str| {
+        let sound = fs::read_to_string(drive().join(pair)).unwrap();
+        let rows = sound.lines().enumerate();
+        let file = folder.join(format!("{driver}.csv"));
+        let text = rows.map(|(i, row)| format!("{row},{}\n", if i == 0 { "driver" } else { driver }));
+        fs::write(&file, text.collect::<String>()).unwrap();
+        file
+    };
+    let (human, machine) = (driven_by("Human", "pair_follower1.csv"), driven_by("ACC", "pair_follower2.csv"));
+    let said = |files: &[&Path], more: &[&str]| {
+        let out = folder.join(format!("fit{}", more.len()));
+        let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
+        let files: Vec<&str> = files.iter().map(|file| text(file)).collect();
+        stderr(&succeeds(&[&["calibrate"], &files[..], &search, more].concat()))
+    };
+    let bounds = "the file names a human driver, but these bounds are for ACC cars; use --bounds human";
+    assert!(said(&[&human], &[]).contains(bounds));
+    assert!(
+        !said(&[&human], &["--bounds", "human"]).contains("human driver") && !said(&[&machine], &[]).contains("human")
+    );
+    let both = said(&[&human, &machine], &["--joint"]);
+    assert!(
+        both.contains("have a human driver and a controller according to the files, but get the same parameters"),
+        "{both}"
+    );
+    let slow = folder.join("slow.toml");
+    fs::write(&slow, "v_0 = [5, 15]\n").unwrap();
+    let slow = said(&[&machine], &["--bounds", text(&slow)]);
+    assert!(slow.contains("but v_0 is searched up to 15 m/s only: the model cannot keep up"), "{slow}");
+}
+
+/// A simulated car that ends early leads no other one.
+#[test]
+fn a_platoon_ends_behind_a_car_that_ends_early() {
+    let fit = scratch("cli_warnings", "platoon_ends").join("fit");
+    let (pair, platoon) = (drive().join("pair_follower1.csv"), drive().join("platoon.csv"));
+    // Hardly any reaction to the car ahead: feasible until it brakes.
+    let weak = ["k_s=0.01", "k_v=0.01", "k_0=5", "t_h=0.1", "d_0=1"].map(|fix| ["--fix", fix]).concat();
+    let search = ["--model", "l-cth", "--max-evaluations", "100", "--no-intervals", "--to", "40", "--out", text(&fit)];
+    succeeds(&[&["calibrate", text(&pair)], &search[..], &weak].concat());
+    let said = stderr(&leadlag(&["simulate", text(&platoon), "--platoon", "--result", text(&fit)]));
+    assert!(said.contains("the platoon ends here because the simulation of the car ahead ended early"), "{said}");
+}

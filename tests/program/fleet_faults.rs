@@ -329,3 +329,54 @@ fn drivers_are_called_by_their_ids() {
     let html = fs::read_to_string(page).expect("written");
     assert!(html.contains("D03: idm") && !html.contains("pair 3"), "the worst fits are named");
 }
+
+/// A human and a controller are two drivers, of whom one is calibrated and the other has a row with the reason.
+#[test]
+fn each_driver_of_a_drive_has_a_row() {
+    let folder = scratch("fleet_faults", "takeover");
+    let driven = pair(varied);
+    let rows_of = |(k, line): (usize, &str)| match k {
+        0 => format!("{line},driver\n"),
+        k => format!("{line},{}\n", if k <= 250 { "ACC" } else { "Human" }),
+    };
+    let table = file(&folder, "pair.csv", &driven.lines().enumerate().map(rows_of).collect::<String>());
+    let out = folder.join("out");
+    ok(&fleet(&table, &out, &["--model", "idm"]));
+    let rows = rows(&out);
+    let told: Vec<[&str; 3]> =
+        rows.iter().map(|row| ["name", "samples", "status"].map(|column| row[column].as_str())).collect();
+    assert_eq!(told, [["follower", "250", "ok"], ["follower (Human)", "", "unusable"]]);
+    let reason = &rows[1]["reason"];
+    assert!(
+        reason.contains("Human drives from 25.0 to 39.9 s") && reason.contains("--from 25.000 --to 39.900"),
+        "{reason}"
+    );
+    // A single calibration takes the same piece, and names both drivers.
+    let out = folder.join("alone");
+    let alone = ["calibrate", text(&table), "--model", "idm", "--out", text(&out)];
+    let said = stderr(&succeeds(&[&alone, &SETTINGS[..]].concat()));
+    let (warned, options) =
+        ("ACC drives until 24.9 s and Human after", "--to 24.900 or --from 25.000 takes one of them");
+    assert!(said.contains(warned) && said.contains(options), "{said}");
+    // That option calibrates it.
+    ok(&fleet(&table, &folder.join("human"), &["--model", "idm", "--from", "25.000", "--to", "39.900"]));
+}
+
+/// Doubtful pairs are counted and named before the calibration, and have the kinds of faults in the table.
+#[test]
+fn doubtful_pairs_of_a_fleet_are_named() {
+    let folder = scratch("fleet_faults", "doubtful");
+    let sound = pair(varied);
+    let jumps = sound.lines().enumerate().map(|(k, line)| match line.rsplit_once(',') {
+        Some((before, gap)) if k > 200 => format!("{before},{}\n", gap.parse::<f64>().expect("a gap") + 8.0),
+        _ => format!("{line}\n"),
+    });
+    let tables = [file(&folder, "sound.csv", &sound), file(&folder, "jumps.csv", &jumps.collect::<String>())];
+    let out = folder.join("out");
+    let files = ["calibrate", text(&tables[0]), text(&tables[1]), "--all", "--model", "idm", "--out", text(&out)];
+    let said = stderr(&succeeds(&[&files, &SETTINGS[..]].concat()));
+    let named = format!("1 of 2 pairs have implausible signals: {} follower 1 (inconsistent)", tables[1].display());
+    assert!(said.contains(&named) && said.contains("up by 8.0 m"), "{said}");
+    let findings: Vec<String> = rows(&out).iter().map(|row| row["findings"].clone()).collect();
+    assert_eq!(findings, ["", "inconsistent"]);
+}

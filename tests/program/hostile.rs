@@ -248,3 +248,35 @@ fn drivers_are_not_loaded_into_too_little_memory() {
     let said = limited("ulimit -v 1000000", &arguments);
     assert!(said.contains(expected), "{said}");
 }
+
+/// Such a process may have less memory than some hundred thousand rows take: the message says so, and nothing aborts.
+#[cfg(unix)]
+#[test]
+fn a_table_beyond_the_memory_of_the_process_is_refused() {
+    let folder = scratch("hostile", "memory_of_rows");
+    let (file, out) = (folder.join("long.csv"), folder.join("fit"));
+    let row = |k: u32| {
+        let t = f64::from(k) / 10.0;
+        let [v_l, v] = [0.0, 1.0].map(|late| 20.0 + 3.0 * ((t - late) / 3.0).sin());
+        format!("{t:.1},{v_l:.4},{v:.4},{:.4}\n", 30.0 + 9.0 * (((t - 1.0) / 3.0).cos() - (t / 3.0).cos()))
+    };
+    let rows: Vec<String> = (0..450_000).map(row).collect();
+    let write = |rows: &[String]| {
+        fs::write(&file, "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned() + &rows.concat()).unwrap();
+    };
+    write(&rows);
+    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
+    let calibrate = [&["calibrate", text(&file)], &search[..]].concat();
+    for verb in [&["inspect", text(&file)], &calibrate[..]] {
+        let said = limited("ulimit -v 524288", verb);
+        let expected = ["expected at most 419430 lines, which take 64 MiB", "split the file", "`ulimit -v`"];
+        assert!(expected.iter().all(|part| said.contains(part)), "{said}");
+    }
+    // What is allowed fits.
+    write(&rows[..419_000]);
+    let mut command = Command::new("sh");
+    command.env("RAYON_NUM_THREADS", "1");
+    command.args(["-c", "ulimit -v 524288; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_leadlag")]).args(calibrate);
+    let output = command.output().expect("a shell");
+    assert!(output.status.success(), "{}", stderr(&output));
+}

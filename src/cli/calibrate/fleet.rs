@@ -88,7 +88,7 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
     let of_files =
         |files: &[PathBuf]| Pairs::of_files(&reading, files, args.follower.as_deref(), needing, &interrupt::asked);
     let mut pairs = of_files(files)?;
-    pairs.doubtful().iter().chain(&pairs.repeated()).for_each(|text| warn(text));
+    pairs.left_out.iter().chain(&pairs.doubtful()).chain(&pairs.repeated()).for_each(|text| warn(text));
     let held = match args.holdout.as_slice() {
         [] => None,
         given if given.iter().any(|text| text.parse::<f64>().is_ok()) => {

@@ -17,9 +17,26 @@ pub const LINE_MAX: usize = 1 << 20;
 pub const TABLE_MAX: u64 = 3 << 30;
 /// Memory of a row beside the 8 bytes of each column \[bytes\]: its line, checksum, and place among times and names.
 pub const ROW: u64 = 128;
+/// Memory of a drive that is read, checked and calibrated, as a multiple of that of the rows of its table: 4.9 for a pair of 500 000 rows, and
+/// the program itself has a seventh of 1 GB.
+const WHOLE: u64 = 8;
 /// The largest table that this program writes and reads again \[bytes\]: of text, and [`ROW`] for each line. A fleet of 100 000 pairs with three laws
 /// has 130 MB.
 pub const OWN_TABLE_MAX: u64 = 256 << 20;
+
+/// Limit of the address space of this process \[bytes\] (`ulimit -v`). Other systems than Linux set no such limit, or report it elsewhere.
+#[must_use]
+pub fn address_space() -> Option<u64> {
+    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
+    let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
+    line.split_whitespace().next()?.parse().ok()
+}
+
+/// Memory that the rows of a table of measurements may take \[bytes\].
+#[must_use]
+pub fn table_memory() -> u64 {
+    address_space().map_or(TABLE_MAX, |limit| TABLE_MAX.min(limit / WHOLE))
+}
 
 /// The bytes of a file.
 ///

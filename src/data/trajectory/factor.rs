@@ -16,7 +16,12 @@ const WINDOWS_MIN: usize = 5;
 /// Ratio of the change of the gap to that by the speeds, if it is certain and not about 1. A drive is its times,
 /// the speed of the vehicle ahead minus that of the follower, and the distance; missing values are NaN.
 pub(super) fn of_gap<'a>(drives: impl IntoIterator<Item = (&'a [f64], &'a [f64], &'a [f64])>) -> Option<f64> {
-    ratio(drives).filter(|ratio| !(1.0 / FACTOR..=FACTOR).contains(ratio))
+    ratio(drives).filter(is_unit)
+}
+
+/// True of a ratio that is not about 1.
+pub(super) fn is_unit(ratio: &f64) -> bool {
+    !(1.0 / FACTOR..=FACTOR).contains(ratio)
 }
 
 /// The same, where it is about 1, too.

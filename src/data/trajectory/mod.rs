@@ -3,7 +3,6 @@
 //! A file becomes a [`Recording`] (`import`), its platoons become [`Trajectory`] pairs (`prepare`);
 //! everything derived, filled, cut or reconciled on the way is kept as [`Note`]s.
 
-mod agreement;
 pub mod error;
 mod factor;
 mod grade;

@@ -55,10 +55,6 @@ pub enum Note {
     StartAssumed { position_m: f64 },
     /// Spacing and speeds were made consistent; the residual is the measured gap minus the integrated speed difference.
     Reconciled { anchor: String, rms_m: f64, largest_m: f64, drift_m_per_km: f64 },
-    /// The gap changes by a factor more than by the speeds: the unit of one of them is not that of its column's name.
-    UnitsContradict { ratio: f64, hint: Option<String> },
-    /// The rate of the gap and the difference of the speeds disagree too much for signals of the same cars.
-    GapContradicts { signal: String, rms_mps: f64 },
     /// The grade under the follower was taken along its path; samples at rest count once.
     GradeFromColumn { points: usize },
     /// The table was read by this column map; the number of this pair in it.
@@ -79,6 +75,14 @@ pub enum Note {
     Found { finding: Box<Finding> },
     /// Identical rows that were counted once.
     RowsRepeated { rows: usize, line: u64 },
+}
+
+impl Note {
+    /// True if it counts what a table has beside its pairs.
+    #[must_use]
+    pub fn leaves_out(&self) -> bool {
+        matches!(self, Note::ShortPairs { .. } | Note::LeadersAbsent { .. } | Note::BrokenLeftOut { .. })
+    }
 }
 
 impl fmt::Display for Note {
@@ -148,16 +152,6 @@ impl fmt::Display for Note {
                 thousandths(*largest_m),
                 thousandths(*drift_m_per_km),
             ),
-            Note::UnitsContradict { ratio, hint } => {
-                let hint = hint.as_ref().map_or(String::new(), |hint| format!(" ({hint})"));
-                write!(
-                    f,
-                    "the gap changes {ratio:.3} times as much as the speeds imply{hint}: are times in s, speeds in m/s, and gaps in m? Other units are read with --columns"
-                )
-            }
-            Note::GapContradicts { signal, rms_mps } => {
-                write!(f, "{signal}: contradicts the speeds (rms {rms_mps:.1} m/s): broken?")
-            }
             Note::Mapped { map, pair: None } => write!(f, "read by the column map {map}"),
             Note::Mapped { map, pair: Some(pair) } => write!(f, "read by the column map {map}, pair {pair}"),
             Note::ShortPairs { pairs, needed_s } => {

@@ -2,6 +2,7 @@
 
 use super::prepare::{GRID_TOLERANCE_S, median_step};
 use crate::statistics::order_statistic;
+use std::ops::Range;
 
 /// A step of time that is longer than this, and than the usual step by a factor, is a pause \[s\]: preparation does not interpolate it by
 /// default.
@@ -24,6 +25,17 @@ pub(super) fn largest_move(x: &[f64]) -> f64 {
     let moves = x.windows(2).map(|x| (x[1] - x[0]).abs()).filter(|step| step.is_finite());
     let usual = order_statistic(moves, USUAL).unwrap_or(0.0);
     if usual > 0.0 { JUMP * usual } else { f64::INFINITY }
+}
+
+/// Maximal ranges within `over` in which `holds` is true.
+pub(super) fn runs(over: Range<usize>, holds: impl Fn(usize) -> bool) -> impl Iterator<Item = Range<usize>> {
+    let mut next = over.start;
+    std::iter::from_fn(move || {
+        let start = (next..over.end).find(|&i| holds(i))?;
+        let end = (start..over.end).find(|&i| !holds(i)).unwrap_or(over.end);
+        next = end;
+        Some(start..end)
+    })
 }
 
 #[cfg(test)]

@@ -4,7 +4,7 @@ use super::library::{Library, LibraryError, NamedFile, Wanted};
 use super::{Settings, TableError};
 use crate::catalog::Variant;
 use crate::evaluator::{Case, CaseError, InvalidParameter};
-use crate::simulate::{far_above, far_above_told};
+use crate::simulate::far_above_in;
 use crate::symbols::{Parameters, Symbol};
 use crate::text::spelling::nearest;
 use crate::wgsl::{ModelError, read_model};
@@ -175,10 +175,7 @@ fn parse(
     let case = library.case(wanted, settings)?.for_variant(variant)?;
     case.check(&parameters)?;
     library.uses_vehicle_of(&case);
-    let (v_0, fastest) = (parameters.get(Symbol::v_0), case.v_f.iter().copied().fold(0.0, f64::max));
-    if variant.parameters().contains(&Symbol::v_0) && far_above(v_0, fastest) {
-        library.doubt(format!("{}: {}", case.label, far_above_told(v_0, fastest)));
-    }
+    far_above_in(&case, &parameters).into_iter().for_each(|doubt| library.doubt(doubt));
     Ok((case, parameters))
 }
 

@@ -1,6 +1,7 @@
 //! The available adapters, and the selection of one.
 
 use crate::evaluator::{AdapterChoice, EvaluateError};
+use crate::text::bounded::address_space;
 use std::fmt;
 use std::sync::OnceLock;
 
@@ -29,11 +30,7 @@ fn needed_address_space() -> u64 {
 
 /// The limit of the address space, if it is too small for a driver to be loaded.
 fn small_address_space() -> Option<u64> {
-    // Other systems set no such limit, or report it elsewhere.
-    let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
-    let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
-    let limit: u64 = line.split_whitespace().next()?.parse().ok()?;
-    (limit < needed_address_space()).then_some(limit)
+    address_space().filter(|limit| *limit < needed_address_space())
 }
 
 impl Adapter {

@@ -34,9 +34,14 @@ pub enum ProblemKind {
     #[error("the line is longer than {limit} bytes; expected rows of CSV: is this the right file?")]
     LineTooLong { limit: usize },
     #[error(
-        "expected a table of at most {limit} bytes, of text (unpacked) and of memory for its rows, found more; split the file by time or by vehicle, and remove columns that leadlag does not read"
+        "expected a table of at most {limit} bytes of text (unpacked), found more; split the file by time or by vehicle, and remove columns that leadlag does not read"
     )]
     TableTooLarge { limit: u64 },
+    #[error(
+        "expected at most {rows} lines, which take {} MiB of memory, found more; split the file by time or by vehicle, or allow this process more memory if it is limited (`ulimit -v`)",
+        limit >> 20
+    )]
+    TooManyRows { limit: u64, rows: u64 },
     #[error("a carriage return inside a line; expected line ends LF or CRLF: convert the line ends of the file")]
     LoneCarriageReturn,
     #[error(
@@ -223,6 +228,10 @@ pub enum ProblemKind {
         if *found < DAYS_STEP_S { "is the time in days, unit = \"day\"? " } else { "" }
     )]
     MappedStep { column: String, shortest: f64, longest: f64, found: f64 },
+    #[error(
+        "column {column}: expected distances in m, found {found:.2} in the middle of those at speeds above 30 km/h: a time headway in s? Name the column of the distance, or positions and lengths, in the column map; check_units = false there accepts it unchanged"
+    )]
+    MappedTimeHeadway { column: String, found: f64 },
     #[error(
         "columns {a} and {b} contradict each other: the first changes {ratio:.3} times as much as the second implies; {hint}; check_units = false there accepts them unchanged"
     )]

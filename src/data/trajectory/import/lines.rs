@@ -2,7 +2,7 @@
 
 use super::kind;
 use super::problems::{Problems, Stop};
-use crate::text::bounded::{LINE_MAX, ROW, TABLE_MAX};
+use crate::text::bounded::{LINE_MAX, ROW, TABLE_MAX, table_memory};
 use crate::trajectory::error::ProblemKind;
 use crate::trajectory::hexadecimal;
 use sha2::{Digest, Sha256};
@@ -18,8 +18,10 @@ pub(in crate::trajectory) struct Lines<R> {
     text: u64,
     /// Memory of each line \[bytes\].
     row: u64,
-    /// Largest size of all lines, of text as of memory \[bytes\].
+    /// Largest size of all lines as text \[bytes\].
     most: u64,
+    /// Largest memory of all lines \[bytes\].
+    most_memory: u64,
     /// True if the next call returns the line in the buffer again.
     back: bool,
     /// False if the end of the file ended the last line.
@@ -36,6 +38,7 @@ impl<R: Read> Lines<R> {
             text: 0,
             row: ROW,
             most: TABLE_MAX,
+            most_memory: table_memory(),
             back: false,
             terminated: true,
         }
@@ -79,8 +82,15 @@ impl<R: Read> Lines<R> {
                 let kind = ProblemKind::LineTooLong { limit: LINE_MAX };
                 return Err(problems.stop(self.number + 1, None, kind));
             }
-            if self.text.max((self.number + 1) * self.row) > self.most {
-                return Err(problems.stop(self.number + 1, None, ProblemKind::TableTooLarge { limit: self.most }));
+            let kind = if self.text > self.most {
+                Some(ProblemKind::TableTooLarge { limit: self.most })
+            } else if (self.number + 1) * self.row > self.most_memory {
+                Some(ProblemKind::TooManyRows { limit: self.most_memory, rows: self.number })
+            } else {
+                None
+            };
+            if let Some(kind) = kind {
+                return Err(problems.stop(self.number + 1, None, kind));
             }
         }
         if self.buffer.is_empty() {
@@ -148,7 +158,7 @@ mod tests {
     /// Number of lines to read of many short ones, or the line of the problem.
     fn read(most: u64, columns: usize) -> Result<u64, String> {
         let text = "1,2,3\n".repeat(1000);
-        let mut lines = Lines { most, ..Lines::new(text.as_bytes()) };
+        let mut lines = Lines { most_memory: most, ..Lines::new(text.as_bytes()) };
         lines.keep(columns);
         let mut problems = Problems::default();
         loop {
@@ -165,7 +175,7 @@ mod tests {
         let row = ROW + 8 * 3;
         assert_eq!(read(1000 * row, 3), Ok(1000));
         let said = read(500 * row, 3).expect_err("too many rows");
-        assert!(said.starts_with("table.csv:501: expected a table of at most "), "{said}");
+        assert!(said.starts_with("table.csv:501: expected at most 500 lines, "), "{said}");
         // A file has fewer wide rows, and long lines count by their text.
         assert!(read(500 * row, 20).expect_err("too many numbers").starts_with("table.csv:264:"));
         let long = format!("{}\n", "1".repeat(1000)).repeat(10);

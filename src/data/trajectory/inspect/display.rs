@@ -106,20 +106,11 @@ impl fmt::Display for PlatoonInspection {
         }
         if !self.links.is_empty() {
             writeln!(f)?;
-            writeln!(f, "gap rate minus speed difference (rms), and drift of the gap against the speeds")?;
+            writeln!(f, "gap rate minus speed difference over a second (rms), outside of faults")?;
         }
-        let or_dash = |value: Option<f64>| value.map_or_else(|| "-".to_owned(), |v| format!("{v:.3}"));
         for link in &self.links {
-            writeln!(
-                f,
-                "{:>3} behind {:<3} {:>8} m/s   drift rms {:>8} m, {:>8} m/km over {:.0} s",
-                link.follower_car,
-                link.follower_car.saturating_sub(1),
-                or_dash(link.gap_rate_rms_mps),
-                or_dash(link.drift_rms_m),
-                or_dash(link.drift_m_per_km),
-                link.longest_complete_s
-            )?;
+            let rms = link.gap_rate_rms_mps.map_or_else(|| "-".to_owned(), |rms| format!("{rms:.3}"));
+            writeln!(f, "{:>3} behind {:<3} {rms:>8} m/s", link.follower_car, link.follower_car.saturating_sub(1))?;
         }
         write_segments(f, &self.followers)?;
         for note in &self.notes {

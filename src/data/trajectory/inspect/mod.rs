@@ -7,10 +7,9 @@ mod signal;
 pub use link::LinkInspection;
 pub use signal::SignalInspection;
 
-use super::agreement::CONTRADICTION_MPS;
 use super::error::step_too_long;
 use super::prepare::{STEP_MAX_S, Stretch, median_step, nominal_step, stretches, stretches_of};
-use super::soundness::Finding;
+use super::soundness::{Finding, LIMITS};
 use super::steps::{largest_move, longest_step};
 use super::{Car, Layout, Note, Platoon, Preparation, PrepareError, Recording, Source};
 use crate::statistics::rms;
@@ -144,7 +143,7 @@ fn platoon(platoon: &Platoon, recording: &Recording) -> PlatoonInspection {
         .iter()
         .filter_map(|ego| {
             let lead = platoon.cars.iter().find(|lead| lead.number + 1 == ego.number)?;
-            link::inspect(lead, ego, &axis, platoon, recording)
+            link::inspect(lead, ego, platoon, recording)
         })
         .collect();
     let followers = followers(platoon, recording);
@@ -293,7 +292,7 @@ fn warnings(
                 ));
             }
         }
-        if let Some(rms) = car.position_speed_rms_mps.filter(|&rms| rms > CONTRADICTION_MPS) {
+        if let Some(rms) = car.position_speed_rms_mps.filter(|&rms| rms > LIMITS.contradiction) {
             warnings.push(format!("car {}: position contradicts speed (rms {rms:.1} m/s): broken?", car.number));
         }
     }

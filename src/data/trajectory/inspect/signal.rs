@@ -3,6 +3,7 @@
 use super::Axis;
 use crate::statistics::rms;
 use crate::trajectory::savitzky_golay::SavitzkyGolay;
+use crate::trajectory::steps::runs;
 use serde::Serialize;
 
 /// Window and order of the fit whose residual counts as noise (data README, Section 3.1).
@@ -25,19 +26,14 @@ pub struct SignalInspection {
 }
 
 pub(super) fn inspect(values: &[f64], axis: &Axis) -> SignalInspection {
-    let (mut missing, mut run, mut longest) = (0, 0_usize, 0_usize);
-    for value in values {
-        run = if value.is_nan() { run + 1 } else { 0 };
-        missing += usize::from(value.is_nan());
-        longest = longest.max(run);
-    }
+    let missing = || runs(0..values.len(), |i| values[i].is_nan()).map(|run| run.len());
     let finite = || values.iter().copied().filter(|value| value.is_finite());
     let filter = SavitzkyGolay::new(NOISE_POINTS, NOISE_ORDER);
     let stretches = axis.stretches.iter();
     let residuals: Vec<f64> = stretches.flat_map(|r| filter.residuals(&values[r.clone()])).collect();
     SignalInspection {
-        missing,
-        longest_missing_s: longest as f64 * axis.step,
+        missing: missing().sum(),
+        longest_missing_s: missing().max().unwrap_or(0) as f64 * axis.step,
         min: finite().reduce(f64::min),
         max: finite().reduce(f64::max),
         noise: deviation(&residuals),

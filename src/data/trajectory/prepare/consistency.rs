@@ -2,7 +2,8 @@
 
 use super::samples::{Samples, Signal, lead_length};
 use super::{Context, Reconcile};
-use crate::trajectory::{Grade, Layout, Note, PrepareError, Trajectory, factor, integrate};
+use crate::statistics::rms;
+use crate::trajectory::{Grade, Layout, Note, PrepareError, Trajectory, integrate};
 
 /// Positions within this length count as one point of a grade profile \[m\], which has their mean: where the car crept, neighbours are
 /// millimetres apart, and the last digits of the column would make steep steps of the road.
@@ -21,9 +22,6 @@ pub(super) fn trajectory(
         0.0
     });
     let dt_raw = samples.t[1] - samples.t[0];
-    if context.recording.layout != Layout::Columns {
-        notes.extend(units(&samples));
-    }
     let (x_l, x_f, s) = positions(&samples, len_l, dt, dt_raw, &mut notes, context);
     if let Some(i) = s.iter().position(|&s_i| s_i.is_nan() || s_i <= 0.0) {
         return Err(PrepareError::Spacing {
@@ -60,14 +58,6 @@ pub(super) fn trajectory(
         notes,
         t: samples.t,
     })
-}
-
-/// Whether gap and speeds are in the units of their columns. A column map is checked when it is read.
-fn units(samples: &Samples) -> Option<Note> {
-    let (v_l, v_f) = (samples.required(Signal::LeadSpeed), samples.required(Signal::Speed));
-    let dv: Vec<f64> = v_l.iter().zip(v_f).map(|(v_l, v_f)| v_l - v_f).collect();
-    let ratio = factor::of_gap([(samples.t.as_slice(), dv.as_slice(), samples.required(Signal::Spacing))])?;
-    Some(Note::UnitsContradict { ratio, hint: factor::explain(ratio) })
 }
 
 /// Positions of both cars and their spacing \[m\].
@@ -127,19 +117,17 @@ fn positions(
 /// Difference between the measured gap and the integrated speeds.
 fn residual(gap: &[f64], integrated: &[f64], x_f: &[f64], anchor: &str) -> Note {
     let residuals: Vec<f64> = gap.iter().zip(integrated).map(|(g, s)| g - s).collect();
-    let n = residuals.len() as f64;
-    let rms = (residuals.iter().map(|r| r * r).sum::<f64>() / n).sqrt();
     let largest = residuals.iter().fold(0.0, |m: f64, r| if r.abs() > m.abs() { *r } else { m });
     Note::Reconciled {
         anchor: anchor.to_owned(),
-        rms_m: rms,
+        rms_m: rms(residuals.iter().copied()).unwrap_or(0.0),
         largest_m: largest,
         drift_m_per_km: slope(x_f, &residuals) * 1000.0,
     }
 }
 
 /// Slope of the least-squares line of `y` over `x`; 0 where `x` does not move.
-pub(in crate::trajectory) fn slope(x: &[f64], y: &[f64]) -> f64 {
+fn slope(x: &[f64], y: &[f64]) -> f64 {
     let n = x.len() as f64;
     let (x_mean, y_mean) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);
     let spread: f64 = x.iter().map(|x| (x - x_mean).powi(2)).sum();

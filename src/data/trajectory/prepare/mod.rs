@@ -11,7 +11,6 @@ mod time;
 
 pub use stretch::Stretch;
 
-pub(super) use consistency::slope;
 pub(super) use time::{GRID_TOLERANCE_S, STEP_MAX_S, median_step, nominal_step, stretches};
 
 use super::soundness::{self, Finding, Link};
@@ -274,7 +273,6 @@ fn one(context: &Context) -> Result<Vec<Trajectory>, PrepareError> {
     for (index, mut segment) in segments.into_iter().enumerate() {
         let mut notes = notes.clone();
         notes.append(&mut segment.notes);
-        notes.extend(segment.samples.contradiction(context));
         if preparation.smooth {
             notes.push(smooth::smooth(&mut segment.samples, dt));
         }

@@ -1,7 +1,6 @@
 //! The signals of one pair on one time axis, before any of the steps.
 
 use super::Context;
-use crate::trajectory::agreement::{contradiction, gap_column};
 use crate::trajectory::{Car, Note, Platoon, PrepareError};
 
 /// A signal of a pair, by its name in notes.
@@ -94,17 +93,6 @@ impl Samples {
     /// A required signal.
     pub fn required(&self, signal: Signal) -> &[f64] {
         self.channel(signal).expect("collect adds every required signal")
-    }
-
-    /// Warns that the measured gap does not belong to cars with these speeds.
-    pub fn contradiction(&self, context: &Context) -> Option<Note> {
-        let number = context.follower + 1;
-        let ego = context.platoon.cars.iter().find(|car| car.number == number)?;
-        ego.gap.as_ref()?;
-        let (v_l, v_f) = (self.required(Signal::LeadSpeed), self.required(Signal::Speed));
-        let dv: Vec<f64> = v_l.iter().zip(v_f).map(|(v_l, v_f)| v_l - v_f).collect();
-        let signal = gap_column(number, context.recording.layout);
-        contradiction(&signal, &self.t, self.required(Signal::Spacing), &dv)
     }
 
     /// The samples of a range of positions.

@@ -4,6 +4,7 @@ use super::Context;
 use super::samples::{Samples, Signal};
 use super::time::{Blocks, GRID_TOLERANCE_S};
 use crate::trajectory::error::problem::{DAYS_STEP_S, HOURS_STEP_S};
+use crate::trajectory::steps::runs;
 use crate::trajectory::{Note, PrepareError};
 use std::ops::Range;
 
@@ -38,7 +39,7 @@ pub(super) fn split(
         let required = filled.channels.iter().filter(|(s, _)| s.is_required());
         let required: Vec<&[f64]> = required.map(|(_, v)| v.as_slice()).collect();
         let complete = |i: usize| required.iter().all(|values| values[i].is_finite());
-        for range in runs(filled.t.len(), complete) {
+        for range in runs(0..filled.t.len(), complete) {
             let span = (range.len() - 1) as f64 * dt;
             longest = longest.max(span);
             let mut samples = filled.slice(range.clone());
@@ -82,26 +83,9 @@ pub(super) fn split(
     Ok(segments)
 }
 
-/// Maximal ranges in which `holds` is true.
-fn runs(len: usize, holds: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
-    let mut ranges = Vec::new();
-    let mut start = None;
-    for i in 0..=len {
-        match start {
-            None if i < len && holds(i) => start = Some(i),
-            Some(from) if i == len || !holds(i) => {
-                ranges.push(from..i);
-                start = None;
-            }
-            _ => {}
-        }
-    }
-    ranges
-}
-
 /// Straight lines across gaps whose measured neighbours are at most `max_gap_s` apart.
 fn fill(values: &mut [f64], dt: f64, max_gap_s: f64) {
-    for gap in runs(values.len(), |i| values[i].is_nan()) {
+    for gap in runs(0..values.len(), |i| values[i].is_nan()).collect::<Vec<_>>() {
         let steps = gap.len() as f64 + 1.0;
         let inside = gap.start > 0 && gap.end < values.len();
         if inside && steps * dt <= max_gap_s + GRID_TOLERANCE_S {
@@ -132,7 +116,7 @@ fn count(before: &Samples, after: &Samples, dt: f64, notes: &mut Vec<Note>) {
         let gap = gaps.iter().map(Range::len).max();
         gap.map_or(0.0, |gap| (gap as f64 + 1.0) * dt)
     };
-    let no_row = runs(before.t.len(), |i| before.lines[i].is_none());
+    let no_row: Vec<Range<usize>> = runs(0..before.t.len(), |i| before.lines[i].is_none()).collect();
     if !no_row.is_empty() {
         notes.push(Note::RowsFilled { rows: no_row.iter().map(Range::len).sum(), longest_s: longest(&no_row) });
     }
@@ -146,7 +130,7 @@ fn count(before: &Samples, after: &Samples, dt: f64, notes: &mut Vec<Note>) {
             notes.push(Note::Filled {
                 signal: signal.into_str().to_owned(),
                 samples,
-                longest_s: longest(&runs(now.len(), filled)),
+                longest_s: longest(&runs(0..now.len(), filled).collect::<Vec<_>>()),
             });
         }
     }

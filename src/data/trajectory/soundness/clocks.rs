@@ -152,7 +152,7 @@ impl Redundancy {
             v_f: v_f.iter().map(|v| v / (1.0 + c_f)).collect(),
             ..link.clone()
         };
-        level::rate_rms(&corrected, usable).unwrap_or(0.0)
+        level::rate_rms(&corrected, &usable.stretches).unwrap_or(0.0)
     }
 }
 

@@ -5,6 +5,7 @@ use super::limits::LIMITS;
 use super::link::{Link, Signal};
 use super::noise::{self, quantum};
 use crate::statistics::robust_scale;
+use crate::trajectory::steps::runs;
 use std::ops::Range;
 
 /// Shortest run that counts \[samples\].
@@ -121,18 +122,8 @@ fn impossible(signal: &Signal, link: &Link) -> f64 {
     if signal.name == "gap" { 1.0 } else { 12.0 * link.dt }
 }
 
-/// Maximal ranges within `over` in which `holds` is true.
-pub(super) fn runs(over: Range<usize>, holds: impl Fn(usize) -> bool) -> impl Iterator<Item = Range<usize>> {
-    let mut next = over.start;
-    std::iter::from_fn(move || {
-        let start = (next..over.end).find(|&i| holds(i))?;
-        let end = (start..over.end).find(|&i| !holds(i)).unwrap_or(over.end);
-        next = end;
-        Some(start..end)
-    })
-}
-
-fn merge(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
+/// Joins ranges that touch or overlap.
+pub(super) fn merge(mut ranges: Vec<Range<usize>>) -> Vec<Range<usize>> {
     ranges.sort_by_key(|range| range.start);
     let mut merged: Vec<Range<usize>> = Vec::new();
     for range in ranges {

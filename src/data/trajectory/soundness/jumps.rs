@@ -1,6 +1,8 @@
 //! Contradictions of gap and speeds that no constant explains: jumps, single spikes, and a drift of the rest.
 
 use super::finding::{Finding, FindingKind, Remedy, Who, interval};
+use super::held::merge;
+use super::level::rates;
 use super::limits::LIMITS;
 use super::link::{Link, Signal};
 use crate::statistics::{robust_scale, upper_median};
@@ -43,11 +45,6 @@ impl Jump {
     }
 }
 
-/// Gap change minus integrated speed difference from one sample to the next \[m\]; NaN if a value is missing.
-pub(super) fn innovations(link: &Link) -> Vec<f64> {
-    (1..link.len()).map(|i| link.gap[i] - link.gap[i - 1] - link.told(i - 1, i)).collect()
-}
-
 /// Jumps outside of the broken ranges, in the order of time.
 pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
     let mut whole: Vec<bool> = (0..link.len()).map(|i| (link.gap[i] + link.v_l[i] + link.v_f[i]).is_finite()).collect();
@@ -58,7 +55,7 @@ pub(super) fn find(link: &Link, broken: &[Range<usize>]) -> Vec<Jump> {
         .windows(2)
         .map(|pair| match pair[1] - pair[0] {
             apart if apart > unseen => 0.0,
-            _ => link.gap[pair[1]] - link.gap[pair[0]] - link.told(pair[0], pair[1]),
+            _ => link.step(pair[0], pair[1]),
         })
         .collect();
     let usual = robust_scale(steps.iter().copied()).unwrap_or(0.0);
@@ -238,10 +235,14 @@ pub(super) fn spiky(signal: &Signal, link: &Link, spikes: &[Range<usize>]) -> Op
     })
 }
 
-/// The remainder is too large for signals of the same two cars.
-pub(super) fn drifting(link: &Link, rms_mps: f64) -> Finding {
+/// The remainder is too large for signals of the same two cars; over some seconds it exceeds `limit` \[m/s\].
+pub(super) fn drifting(link: &Link, rms_mps: f64, limit: f64) -> Finding {
+    let second = link.samples(1.0);
+    let whole = 0..link.len();
+    let over =
+        rates(link, std::slice::from_ref(&whole)).filter(|(_, rate)| rate.abs() > limit).map(|(i, _)| i..i + second);
     Finding {
-        when: vec![[link.time(0), link.time(link.len().saturating_sub(1))]],
+        when: merge(over.collect()).iter().map(|r| [link.time(r.start), link.time(r.end)]).collect(),
         matters: true,
         sentence: format!("{}: contradicts the speeds (rms {rms_mps:.1} m/s): broken?", link.called),
         ..Finding::new(FindingKind::Inconsistent, Who::Either, "gap", rms_mps, "m/s")

@@ -3,8 +3,10 @@
 //! The Kalman filter of the level whitens y and every column of X alike; the ratio of the two noises is estimated by maximum
 //! likelihood, and the errors of β are those of Newey and West, because real noise differs from the model.
 
-use super::jumps::{self, Jump};
+use super::jumps::Jump;
 use super::link::Link;
+use crate::statistics::rms;
+use crate::trajectory::steps::runs;
 use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
@@ -25,28 +27,19 @@ impl Usable {
         for range in broken {
             good[range.start.saturating_sub(1)..(range.end + 1).min(link.len())].fill(false);
         }
-        // The sample after a jump starts a new stretch.
-        let mut starts = vec![false; link.len() + 1];
-        for jump in jumps {
-            if jump.range.len() == 1 {
-                starts[jump.range.end] = true;
-            } else {
-                good[jump.range.start..jump.range.end.min(link.len())].fill(false);
-            }
+        for jump in jumps.iter().filter(|jump| jump.range.len() > 1) {
+            good[jump.range.start..jump.range.end.min(link.len())].fill(false);
         }
         let shortest = link.samples(STRETCH_S);
-        let mut stretches = Vec::new();
-        let mut start = 0;
-        for i in 0..=link.len() {
-            let ends = i == link.len() || !good[i];
-            if ends || starts[i] {
-                if i >= start + shortest {
-                    stretches.push(start..i);
-                }
-                start = if ends { i + 1 } else { i };
-            }
-        }
-        Usable { stretches }
+        // The sample after a jump starts a new stretch.
+        let starts: Vec<usize> = jumps.iter().filter(|jump| jump.range.len() == 1).map(|jump| jump.range.end).collect();
+        let pieces = |run: Range<usize>| {
+            let inside = starts.iter().copied().filter(|start| run.contains(start));
+            let cuts: Vec<usize> = [run.start].into_iter().chain(inside).chain([run.end]).collect();
+            cuts.windows(2).map(|ends| ends[0]..ends[1]).collect::<Vec<_>>()
+        };
+        let stretches = runs(0..link.len(), |i| good[i]).flat_map(pieces).filter(|piece| piece.len() >= shortest);
+        Usable { stretches: stretches.collect() }
     }
 
     pub fn samples(&self) -> usize {
@@ -54,16 +47,20 @@ impl Usable {
     }
 }
 
-/// Gap rate minus speed difference, averaged over a second: root mean square \[m/s\].
-pub(super) fn rate_rms(link: &Link, usable: &Usable) -> Option<f64> {
-    let d = jumps::innovations(link);
+/// Gap rate minus speed difference, averaged over a second \[m/s\], with the first sample of that second; NaN if a value is missing.
+pub(super) fn rates<'a>(link: &'a Link, stretches: &'a [Range<usize>]) -> impl Iterator<Item = (usize, f64)> + 'a {
+    let d: Vec<f64> = (1..link.len()).map(|i| link.step(i - 1, i)).collect();
     let width = link.samples(1.0);
-    let rates = usable.stretches.iter().flat_map(|r| d[r.start..r.end - 1].windows(width));
-    let (sum, n) = rates
-        .map(|w| w.iter().sum::<f64>() / (width as f64 * link.dt))
-        .filter(|rate| rate.is_finite())
-        .fold((0.0, 0.0), |(s, n), r| (s + r * r, n + 1.0));
-    (n > 0.0).then(|| (sum / n).sqrt())
+    stretches.iter().flat_map(move |r| {
+        let sum = |i: usize| d[i..i + width].iter().sum::<f64>() / (width as f64 * link.dt);
+        let rates: Vec<(usize, f64)> = (r.start..r.end.saturating_sub(width)).map(|i| (i, sum(i))).collect();
+        rates
+    })
+}
+
+/// The root mean square of these \[m/s\].
+pub(super) fn rate_rms(link: &Link, stretches: &[Range<usize>]) -> Option<f64> {
+    rms(rates(link, stretches).map(|(_, rate)| rate))
 }
 
 /// Steps of a singular value decomposition of a few columns at most.

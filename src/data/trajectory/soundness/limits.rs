@@ -14,6 +14,7 @@ crate::numbers! {
     least_offset = 0.05, "m", "A smaller offset of the gap is no fault";
     offset_matters = 0.5, "m", "A larger offset changes `d_0` by a fifth";
     unrelated = 0.5, "m/s", "Gap rate minus speed difference, over a second, from which the signals do not belong together";
+    contradiction = 2.0, "m/s", "The same without an allowance for scales and clocks; and a position against its speed";
     jump = 0.5, "m", "The spacing jumps if it changes by this much more in a sample than the speeds allow";
     slow_jump = 2.0, "m", "The same within a second";
     jump_matters = 2.0, "m", "A larger jump within a sample may be another car";

@@ -1,9 +1,8 @@
 //! The signals of a follower and the car ahead of it, as measured.
 
 use super::finding::Who;
-use crate::trajectory::agreement::gap_column;
 use crate::trajectory::prepare::{GRID_TOLERANCE_S, median_step, nominal_step, stretches};
-use crate::trajectory::{Platoon, Recording};
+use crate::trajectory::{Layout, Platoon, Recording, factor};
 
 /// Smallest speed of both cars at which gap and speeds are compared \[m/s\]: a speed sensor that gives magnitudes is biased at rest.
 pub(super) const DRIVING: f64 = 0.5;
@@ -110,7 +109,7 @@ impl Link {
         self.gap.len()
     }
 
-    /// Change of the gap between two samples by the speeds \[m\]: a straight line between the measured values.
+    /// True without samples.
     #[must_use]
     pub fn is_empty(&self) -> bool {
         self.gap.is_empty()
@@ -139,6 +138,18 @@ impl Link {
         0.5 * (dv(a) + dv(b)) * (b - a) as f64 * self.dt
     }
 
+    /// Change of the gap between two samples minus that by the speeds \[m\]; NaN if a value is missing.
+    pub(super) fn step(&self, a: usize, b: usize) -> f64 {
+        self.gap[b] - self.gap[a] - self.told(a, b)
+    }
+
+    /// Change of the gap over that by the speeds, if they vary together; `size` is the unit of time \[s\].
+    pub(super) fn ratio(&self, size: f64) -> Option<f64> {
+        let t: Vec<f64> = (0..self.len()).map(|i| i as f64 * self.dt * size).collect();
+        let dv: Vec<f64> = self.v_l.iter().zip(&self.v_f).map(|(v_l, v_f)| v_l - v_f).collect();
+        factor::ratio([(t.as_slice(), dv.as_slice(), self.gap.as_slice())])
+    }
+
     pub(super) fn signals(&self) -> [Signal<'_>; 3] {
         let speed = |values, who, title| Signal { values, who, name: "speed", unit: "m/s", noise_floor: 1.2e-4, title };
         [
@@ -153,5 +164,17 @@ impl Link {
                 title: &self.called,
             },
         ]
+    }
+}
+
+/// Name of the column with the gap ahead of a car.
+pub(in crate::trajectory) fn gap_column(number: usize, layout: Layout) -> String {
+    match layout {
+        Layout::OpenAcc | Layout::AstazeroRebuilt => format!("IVS{}", number.saturating_sub(1)),
+        Layout::AstazeroProcessed => format!("Spacing{number}"),
+        Layout::UltraAv => "Spatial_Gap".to_owned(),
+        Layout::Pair if number == 1 => "lead2_spacing_m".to_owned(),
+        Layout::Pair => "spacing_m".to_owned(),
+        Layout::Columns => "gap".to_owned(),
     }
 }

@@ -21,9 +21,10 @@ pub use correct::correct;
 pub use finding::{Finding, FindingKind, Remedy, Who};
 pub use limits::{LIMITS, Limits};
 pub use link::Link;
+pub(super) use link::gap_column;
 
 pub use crate::fourier;
-use crate::trajectory::{Note, Platoon, Recording, agreement};
+use crate::trajectory::{Platoon, Recording};
 use std::ops::Range;
 
 /// Soundness of the data of one follower.
@@ -109,7 +110,7 @@ pub fn check_link(measured: &Link) -> Soundness {
     }
     findings.splice(0..0, units::too_fast(&link));
     // What is held has no noise between its own samples.
-    findings.extend(units::noisy(&link));
+    findings.extend(noise::drowned(&link));
     let mut unseen = Vec::new();
     let mut usable = level::Usable::new(&link, &broken, &[]);
     // A wrong unit explains any other contradiction.
@@ -119,14 +120,16 @@ pub fn check_link(measured: &Link) -> Soundness {
         let jumps = jumps::find(&link, &broken);
         findings.extend(jumps::finding(&link, &jumps));
         usable = level::Usable::new(&link, &broken, &jumps);
-        let mut left = contradiction(&link);
+        let whole = 0..link.len();
+        let measured = level::rate_rms(&link, std::slice::from_ref(&whole)).filter(|rms| *rms > LIMITS.contradiction);
+        let mut left = measured.map(|rms| (rms, LIMITS.contradiction));
         match clocks::Redundancy::estimate(&link, &usable, slow) {
             Some(redundancy) => {
                 findings.extend(redundancy.findings(&link, blurred));
                 // Scales and clocks are allowed for; without other evidence, that is enough.
                 let rms = redundancy.residual_rate_rms(&link, &usable);
-                let rms = level::rate_rms(&link, &usable).map_or(rms, |measured| measured.min(rms));
-                left = left.or((rms > LIMITS.unrelated).then_some(rms));
+                let rms = level::rate_rms(&link, &usable.stretches).map_or(rms, |measured| measured.min(rms));
+                left = left.or((rms > LIMITS.unrelated).then_some((rms, LIMITS.unrelated)));
             }
             None => {
                 unseen.push(
@@ -135,24 +138,14 @@ pub fn check_link(measured: &Link) -> Soundness {
                 );
             }
         }
-        findings.extend(left.map(|rms| jumps::drifting(&link, rms)));
+        findings.extend(left.map(|(rms, limit)| jumps::drifting(&link, rms, limit)));
     }
     match offset::gap_offset(&link) {
         offset::Seen::Finding(finding) => findings.push(*finding),
         offset::Seen::Sound => {}
         offset::Seen::No(why) => unseen.push(why.to_owned()),
     }
-    Soundness { findings, unseen, rate_rms_mps: level::rate_rms(&link, &usable) }
-}
-
-/// Change of the gap over a second less that of the integrated speed difference \[m/s\], if gap and speeds describe other cars.
-fn contradiction(link: &Link) -> Option<f64> {
-    let t: Vec<f64> = (0..link.len()).map(|i| link.time(i)).collect();
-    let dv: Vec<f64> = link.v_l.iter().zip(&link.v_f).map(|(v_l, v_f)| v_l - v_f).collect();
-    match agreement::contradiction(&link.called, &t, &link.gap, &dv)? {
-        Note::GapContradicts { rms_mps, .. } => Some(rms_mps),
-        _ => None,
-    }
+    Soundness { findings, unseen, rate_rms_mps: level::rate_rms(&link, &usable.stretches) }
 }
 
 #[cfg(test)]

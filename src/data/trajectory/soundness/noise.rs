@@ -3,7 +3,7 @@
 //! Third differences of a smoothly driven car are nearly all noise: of white noise of deviation σ they have the variance 20 σ²
 //! (1, -3, 3, -1) and the autocorrelation -0.75, 0.3, -0.05.
 
-use super::finding::{Finding, FindingKind, Remedy, interval};
+use super::finding::{Finding, FindingKind, Remedy, Who, interval};
 use super::limits::LIMITS;
 use super::link::{Link, Signal};
 use super::spectrum;
@@ -41,15 +41,16 @@ pub(super) fn quantum(values: &[f64]) -> f64 {
     steps.fold(f64::INFINITY, f64::min).min(1.0)
 }
 
+/// Third differences.
+fn thirds(y: &[f64]) -> impl Iterator<Item = f64> + '_ {
+    y.windows(4).map(|y| y[3] - 3.0 * y[2] + 3.0 * y[1] - y[0])
+}
+
 /// Third differences while the car drives, without events (NaN).
 fn third(signal: &Signal, link: &Link) -> Vec<f64> {
-    let y = signal.values;
-    let mut d: Vec<f64> = (0..y.len().saturating_sub(3))
-        .map(|i| {
-            let drives = (i..i + 4).all(|k| link.driving(k));
-            if drives { y[i + 3] - 3.0 * y[i + 2] + 3.0 * y[i + 1] - y[i] } else { f64::NAN }
-        })
-        .collect();
+    let drives = |i: usize| (i..i + 4).all(|k| link.driving(k));
+    let mut d: Vec<f64> =
+        thirds(signal.values).enumerate().map(|(i, d)| if drives(i) { d } else { f64::NAN }).collect();
     let scale = robust_scale(d.iter().copied()).unwrap_or(f64::NAN);
     d.iter_mut().filter(|d| d.abs() > CLIP * scale).for_each(|d| *d = f64::NAN);
     d
@@ -212,7 +213,9 @@ pub(super) fn joined(y: &[f64], factor: f64) -> Vec<f64> {
 /// Mean distance of the events in samples, if they come at regular distances of more than one; neighbouring events count as one.
 fn regular(events: impl Iterator<Item = Option<bool>>) -> Option<f64> {
     let (mut distances, mut since, mut quiet) = (Vec::new(), None::<usize>, true);
+    let mut count = 0;
     for event in events {
+        count += usize::from(event == Some(true));
         match event {
             None => (since, quiet) = (None, true),
             Some(true) if quiet => {
@@ -224,7 +227,8 @@ fn regular(events: impl Iterator<Item = Option<bool>>) -> Option<f64> {
         }
     }
     let n = distances.len();
-    if n < RUNS {
+    // An event takes up to two samples, where its time lies between them.
+    if n < RUNS || count > 3 * n {
         return None;
     }
     let mut sorted = distances.clone();
@@ -236,4 +240,34 @@ fn regular(events: impl Iterator<Item = Option<bool>>) -> Option<f64> {
     let mean = usual.iter().sum::<usize>() as f64 / usual.len() as f64;
     let near = usual.iter().filter(|d| (**d as f64 - mean).abs() < 1.0).count() as f64;
     (regular && near >= REGULAR * n as f64).then_some(mean)
+}
+
+/// Fewer differences do not determine their noise.
+const DIFFERENCES: usize = 50;
+
+/// The acceleration of the follower, differences of its speed over a time step, is noise that changes from sample to sample.
+pub(super) fn drowned(link: &Link) -> Option<Finding> {
+    let (v, dt) = (&link.v_f, link.dt);
+    let squares: Vec<f64> =
+        v.windows(2).map(|v| ((v[1] - v[0]) / dt).powi(2)).filter(|square| square.is_finite()).collect();
+    if squares.len() < DIFFERENCES {
+        return None;
+    }
+    let total = squares.iter().sum::<f64>() / squares.len() as f64;
+    // Third differences remove the motion of a car within three samples.
+    let noise = robust_scale(thirds(v)).unwrap_or(0.0).powi(2) / THIRD_DIFFERENCE;
+    let share = (2.0 * noise / (dt * dt) / total).min(1.0);
+    (total > 0.0 && share > LIMITS.mostly_noise).then(|| Finding {
+        matters: true,
+        remedies: vec![
+            Remedy { option: "gof", value: Some("nrmse-s".to_owned()) },
+            Remedy::of("smooth"),
+            Remedy::of("resample"),
+        ],
+        sentence: format!(
+            "the acceleration of the follower, from its speeds every {dt} s, is noise to {:.0} % (of its variance)",
+            100.0 * share
+        ),
+        ..Finding::new(FindingKind::Noisy, Who::Follower, "speed", share, "-")
+    })
 }

@@ -216,10 +216,10 @@ fn accelerations_that_are_mostly_noise_are_told() {
         v_f: (0..2000).map(|i| 20.0 + 3.0 * (0.2 * dt * i as f64).sin() + (noise(i + 1) - noise(i)) / dt).collect(),
         ..drive(dt)
     };
-    let found = units::noisy(&link(0.04, &noise)).expect("noise").told();
+    let found = noise::drowned(&link(0.04, &noise)).expect("noise").told();
     assert!(found.contains("is noise to 9") || found.contains("is noise to 100 %"), "{found}");
-    assert_eq!(units::noisy(&link(0.04, &|_| 0.0)), None);
-    assert_eq!(units::noisy(&link(1.0, &|i| 0.1 * noise(i))), None);
+    assert_eq!(noise::drowned(&link(0.04, &|_| 0.0)), None);
+    assert_eq!(noise::drowned(&link(1.0, &|i| 0.1 * noise(i))), None);
 }
 
 #[test]
@@ -246,4 +246,16 @@ fn what_never_changes_comes_to_an_end() {
         let found = check_link(&link).findings;
         assert!(found.iter().all(|finding| finding.kind != FindingKind::SpeedScale), "{found:?}");
     }
+}
+
+/// Digits of a file repeat where a motion turns, regularly if it is a sine.
+#[test]
+fn a_smooth_motion_is_not_held() {
+    let mut smooth = drive(0.1);
+    let phase = |i: usize, car: usize| i as f64 / 30.0 - car as f64 / 3.0;
+    let speed = |car: usize| (0..30_000).map(move |i| ((20.0 + phase(i, car).sin()) * 1e3).round() / 1e3).collect();
+    (smooth.v_l, smooth.v_f) = (speed(0), speed(1));
+    smooth.gap = (0..30_000).map(|i| 30.0 + 3.0 * (phase(i, 1).cos() - phase(i, 0).cos())).collect();
+    let kinds: Vec<FindingKind> = check_link(&smooth).findings.iter().map(|finding| finding.kind).collect();
+    assert!(!kinds.contains(&FindingKind::Resampled), "{kinds:?}");
 }

@@ -3,7 +3,6 @@
 use super::finding::{Finding, FindingKind, Remedy, Who};
 use super::link::Link;
 use crate::trajectory::error::problem::DAYS_STEP_S;
-use crate::trajectory::factor;
 use crate::trajectory::prepare::{STEP_MAX_S, median_step};
 
 /// Of the steps of a clock, the one over a full minute is longer by this \[s\].
@@ -22,19 +21,14 @@ const NEAR: f64 = 0.03;
 
 /// That the time is in another unit than seconds: in that unit gap and speeds agree.
 pub(super) fn of_unit(link: &Link) -> Option<Finding> {
-    let dv: Vec<f64> = link.v_l.iter().zip(&link.v_f).map(|(v_l, v_f)| v_l - v_f).collect();
-    let ratio = |size: f64| {
-        let t: Vec<f64> = (0..link.len()).map(|i| i as f64 * link.dt * size).collect();
-        factor::ratio([(t.as_slice(), dv.as_slice(), link.gap.as_slice())])
-    };
-    let agrees = |size: f64| ratio(size).is_some_and(|ratio| AGREE.contains(&ratio));
+    let agrees = |size: f64| link.ratio(size).is_some_and(|ratio| AGREE.contains(&ratio));
     let is_whole = |x: f64| (x - x.round()).abs() < 1e-9;
     let counted = is_whole(link.t_0) && is_whole(link.dt) && link.dt > 0.5;
     let longer = UNITS.into_iter().filter(|(size, ..)| size * link.dt < STEP_MAX_S);
     let (what, remedy) = if link.dt < DAYS_STEP_S {
         ("in days".to_owned(), "unit = \"day\"".to_owned())
     } else if counted {
-        let found = link.dt / ratio(1.0)?;
+        let found = link.dt / link.ratio(1.0)?;
         let rate = RATES.into_iter().find(|rate| (found / rate - 1.0).abs() < NEAR)?;
         (format!("frames, {rate} per second"), format!("unit = \"frame\" and frame_rate = {rate}"))
     } else {

@@ -211,6 +211,7 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, follower: &str, r
     let pair = Pair {
         car: 0,
         t: t.clone(),
+        v: v.clone(),
         dv: v_l.iter().zip(&v).map(|(v_l, v)| v_l - v).collect(),
         gap: measured,
         headway,

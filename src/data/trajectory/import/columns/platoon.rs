@@ -95,6 +95,7 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], p
             pairs.push(Pair {
                 car: number,
                 t: t.clone(),
+                v: car.v.clone(),
                 dv: lead.v.iter().zip(&car.v).map(|(lead, ego)| lead - ego).collect(),
                 gap: measured,
                 headway,

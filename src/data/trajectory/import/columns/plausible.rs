@@ -20,6 +20,10 @@ const VARIATION_M: f64 = 1.0;
 const LENGTHS: [f64; 2] = [1.5, 30.0];
 /// Half of all vehicles are longer than this \[m\] among lorries only, or where feet are taken for metres.
 const LORRIES: f64 = 12.0;
+/// Half of all distances are longer than the follower drives in this time \[s\], even in a platoon of lorries. As metres, times are shorter ...
+const TIGHT_S: f64 = 0.25;
+/// ... at speeds from here on \[m/s\].
+const FAST: f64 = 8.0;
 /// A usual time step lies between these \[s\].
 const STEPS: [f64; 2] = [0.001, 5.0];
 
@@ -37,12 +41,20 @@ pub(super) struct Pair {
     /// The follower in a table of platoons; 0 elsewhere.
     pub car: usize,
     pub t: Vec<f64>,
+    /// Speed of the follower.
+    pub v: Vec<f64>,
     /// Speed of the vehicle ahead minus that of the follower.
     pub dv: Vec<f64>,
     pub gap: Option<Vec<f64>>,
     pub headway: Option<Vec<f64>>,
     /// Distance of the fronts by the positions.
     pub fronts: Option<Vec<f64>>,
+}
+
+impl Pair {
+    fn distance(&self, role: Role) -> Option<&[f64]> {
+        if role == Role::Gap { self.gap.as_deref() } else { self.headway.as_deref() }
+    }
 }
 
 /// Checks what each vehicle says about itself; a note of what may be right and is unusual.
@@ -104,6 +116,11 @@ pub(super) fn pairs(table: &Table, pairs: &[Pair], problems: &mut Problems) {
         problems.add(line, None, ProblemKind::UnitsContradict { a, b, ratio, hint });
     }
     for role in [Role::Gap, Role::Headway] {
+        if let Some(found) = tight(pairs, role) {
+            let car = first(table, role, pairs, |pair| tight(slice::from_ref(pair), role).is_some());
+            problems.add(line, None, ProblemKind::MappedTimeHeadway { column: table.called_of(role, car), found });
+            continue;
+        }
         let Some(ratio) = against_speeds(pairs, role) else { continue };
         let car = first(table, role, pairs, |pair| against_speeds(slice::from_ref(pair), role).is_some());
         let speed = if table.numbers(Role::RelativeSpeed).is_some() { Role::RelativeSpeed } else { Role::Speed };
@@ -131,12 +148,21 @@ fn against_positions(pairs: &[Pair]) -> Option<f64> {
     median(ratios).filter(|ratio| !(1.0 / FACTOR..=FACTOR).contains(ratio))
 }
 
+/// Half of the distances at high speeds, if they are as short as times in place of distances \[m\].
+fn tight(pairs: &[Pair], role: Role) -> Option<f64> {
+    let of = |pair: &Pair| -> Vec<(f64, f64)> {
+        let distance = pair.distance(role).unwrap_or_default();
+        let whole = |(d, v): &(f64, f64)| *d > 0.0 && *v > FAST;
+        distance.iter().copied().zip(pair.v.iter().copied()).filter(whole).collect()
+    };
+    let fast: Vec<(f64, f64)> = pairs.iter().flat_map(of).collect();
+    median(fast.iter().map(|(d, v)| d / v)).filter(|time| *time < TIGHT_S)?;
+    median(fast.iter().map(|(d, _)| *d))
+}
+
 /// Ratio of the change of the distance to that by the speeds, if it is certain and not about 1.
 fn against_speeds(pairs: &[Pair], role: Role) -> Option<f64> {
-    let drives = pairs.iter().filter_map(|pair| {
-        let distance = if role == Role::Gap { &pair.gap } else { &pair.headway };
-        Some((pair.t.as_slice(), pair.dv.as_slice(), distance.as_deref()?))
-    });
+    let drives = pairs.iter().filter_map(|pair| Some((pair.t.as_slice(), pair.dv.as_slice(), pair.distance(role)?)));
     factor::of_gap(drives)
 }
 

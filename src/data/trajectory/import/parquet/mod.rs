@@ -2,7 +2,7 @@
 
 mod pages;
 
-use crate::text::bounded::{LINE_MAX, ROW, TABLE_MAX};
+use crate::text::bounded::{LINE_MAX, ROW, table_memory};
 use crate::trajectory::error::ImportError;
 use pages::{Dictionaries, FOOTER, Pages};
 use parquet::basic::ConvertedType;
@@ -98,7 +98,7 @@ fn refuse_type(column: &Type) -> Result<(), String> {
 fn refuse_rows(metadata: &ParquetMetaData) -> Result<(), String> {
     let rows = metadata.row_groups().iter().map(|group| u64::try_from(group.num_rows()).unwrap_or(u64::MAX));
     let rows = rows.fold(0_u64, u64::saturating_add);
-    match TABLE_MAX / ROW {
+    match table_memory() / ROW {
         most if rows > most => Err(format!("it has {rows} rows, expected at most {most}")),
         _ => Ok(()),
     }

@@ -200,6 +200,7 @@ impl<'a> Long<'a> {
         Pair {
             car: 0,
             t: rows.iter().map(|rows| self.time[rows.0]).collect(),
+            v: rows.iter().map(|&(row, _)| self.forwards(ego, row)).collect(),
             dv: rows.iter().map(|&(row, other)| self.forwards(lead, other) - self.forwards(ego, row)).collect(),
             gap: self.table.numbers(Role::Gap).map(|gap| rows.iter().map(|rows| gap[rows.0]).collect()),
             headway: headway.map(|headway| rows.iter().map(|rows| headway[rows.0]).collect()),
