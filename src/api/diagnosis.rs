@@ -213,7 +213,7 @@ fn drives(picked: &Picked) -> anyhow::Result<Vec<Diagnosed>> {
     Ok(drives)
 }
 
-/// Progress \[0 to 1\] at which the likelihood is done, and at which the race is.
+/// Progress \[0 to 1\] at the end of the likelihood and at the end of the race.
 const INFERRED: f64 = 0.3;
 /// See [`INFERRED`].
 const RACED: f64 = 0.95;

@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Reading {
-    /// Layout of the file; `None`: by its header.
+    /// Layout of the file; `None`: as the header indicates.
     pub layout: Option<Layout>,
     /// Column map of a table of another layout, in place of a layout: the name of one that is built in, or your own file.
     pub columns: Option<String>,

@@ -20,7 +20,7 @@ pub struct Goal {
     pub found: Option<f64>,
 }
 
-/// Evaluator, precision, variant, Mcs per core-second. Those of `gpu` hold for lavapipe, software Vulkan.
+/// Evaluator, precision, variant, Mcs per core-second. The goals of `gpu` are for lavapipe, software Vulkan.
 const SPEEDS: [(&str, &str, u32, f64); 7] = [
     ("lanes", "plain", 1, 700.0),
     ("lanes", "f64", 1, 250.0),

@@ -96,7 +96,7 @@ pub enum BenchError {
         most: usize,
         /// Number found.
         found: usize,
-        /// Sizes that were asked for.
+        /// The requested sizes.
         sizes: usize,
     },
     /// The timed program fails.

@@ -68,7 +68,7 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
     for what in &report.left_out {
         textwrap::wrap(&format!("not measured: {what}"), 80).iter().try_for_each(|line| writeln!(text, "{line}"))?;
     }
-    // Of several evaluators with the same kernel the first one has compiled it.
+    // Among evaluators with the same kernel, the first one compiles it.
     let mut told = Vec::new();
     for row in report.rows.iter().filter(|r| r.first_dispatch_s > 0.0 && report.shown.contains(&r.variant)) {
         if told.contains(&(row.precision, &row.variant)) {

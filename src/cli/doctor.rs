@@ -25,7 +25,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let choice = args.gpu.clone().map_or(AdapterChoice::Best, AdapterChoice::Named);
     let chosen = match Adapter::choose(&choice) {
         Ok(adapter) => Some(adapter),
-        // Without any adapter the output says what to install.
+        // Without any adapter, the output says what to install.
         Err(EvaluateError::Adapter { .. }) if adapters.is_empty() => None,
         Err(e) => return Err(e.into()),
     };

@@ -40,7 +40,7 @@ enum Topic {
     Variants,
     /// Calibration parameters with units and the bounds of Table 3
     Parameters,
-    /// Built-in laws: base models that are not of the paper
+    /// Built-in laws: base models that are not in the paper
     Laws,
     /// Built-in causes: effects that the base models lack
     Causes,

@@ -82,7 +82,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let followers = if args.platoon { followers(&recording) } else { vec![follower] };
     let ids = reading.ids(&recording);
     let driver = args.follower.as_deref().or(args.data.trajectory.as_deref());
-    // Of a fleet each of several drivers has a row of his own.
+    // Each driver of a fleet has a separate row.
     let drivers = match (ids.as_slice(), args.result.as_slice()) {
         ([_, _, ..], [fleet]) if fleet_row::folder_of(fleet).is_some() => {
             ids.iter().map(|id| (fleet, Some(id.as_str()))).collect()
@@ -143,7 +143,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What was calibrated; of a fleet, for a driver.
+/// The calibrated model; for a fleet, of one driver.
 fn read(args: &Args, given: &Path, driver: Option<&str>) -> anyhow::Result<Calibrated> {
     if let Some(folder) = fleet_row::folder_of(given) {
         if args.platoon {
@@ -211,7 +211,7 @@ fn load(
     Ok(loaded)
 }
 
-/// A vehicle file that is found from the folder of the result file, but not from here.
+/// A vehicle file that exists relative to the folder of the result file, but not relative to the current one.
 fn beside(vehicle: &str, result: &Path) -> String {
     let Some((table, name)) = vehicle.rsplit_once('#') else { return vehicle.to_owned() };
     let there = result.parent().unwrap_or(Path::new(".")).join(table);

@@ -159,7 +159,7 @@ fn write(
     folder::finish(change, folder, Vec::new())
 }
 
-/// The files of every calibration that has a result, as of one pair alone: made again, which finds the same bits.
+/// The files of every calibration with a result, like those of a single pair. Another calibration finds the same bits.
 fn each(
     args: &Args,
     calibrations: &[Calibration],

@@ -117,7 +117,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let bounds = read_bounds(&args.bounds, &variant)?;
     if let Some(out) = &args.out {
-        // Before the work: a refused or unwritable folder must not cost a diagnosis.
+        // Before the work, so that a refused or unwritable folder does not cost a diagnosis.
         folder::refuse(out, folder::RESULT, "diagnosis")?;
         folder::spare(out, args.data.iter().chain(&args.files).chain(&args.holdout), |name| {
             let own = [("simulation", "csv"), ("simulation", "svg"), ("missing_acceleration", "csv")];

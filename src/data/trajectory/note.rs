@@ -55,7 +55,8 @@ pub enum Note {
     StartAssumed { position_m: f64 },
     /// Spacing and speeds were made consistent; the residual is the measured gap minus the integrated speed difference.
     Reconciled { anchor: String, rms_m: f64, largest_m: f64, drift_m_per_km: f64 },
-    /// The gap changes by a factor more than by the speeds: the unit of one of them is not that of its column's name.
+    /// The gap changes by a factor more than the speeds imply: the unit of one of them is not that of its column's
+    /// name.
     UnitsContradict { ratio: f64, hint: Option<String> },
     /// The rate of the gap and the difference of the speeds disagree too much for signals of the same cars.
     GapContradicts { signal: String, rms_mps: f64 },
@@ -71,7 +72,7 @@ pub enum Note {
     IdAgain { id: String, line: u64, read_as: String },
     /// Lines around the header that hold no data, from this one on.
     LinesSkipped { line: u64, lines: u64, what: String },
-    /// Vehicles whose number an earlier one had.
+    /// Vehicles with the number of an earlier one.
     NumbersAgain { vehicles: usize, numbers: usize },
     /// Vehicles with impossible values, whose pairs are left out.
     BrokenLeftOut { vehicles: usize, problem: String },

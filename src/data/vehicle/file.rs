@@ -117,7 +117,7 @@ struct Entry {
     mfc: Option<PathBuf>,
 }
 
-/// A vehicle of a table, without its curve: a curve that is not needed must not cause an error.
+/// A vehicle of a table, without its curve, because an unneeded curve must not cause an error.
 struct Listed {
     vehicle: Vehicle,
     table: String,

@@ -242,8 +242,8 @@ pub enum ProblemKind {
 }
 
 impl ProblemKind {
-    /// The column and value of a number that may stand for a missing one: negative, or twice what is the limit. Where speeds are in
-    /// another unit, they are just above the limit.
+    /// The column and value of a number that may stand for a missing one: negative, or twice the limit. Speeds in another unit are
+    /// only slightly above the limit.
     pub(super) fn outside(&self) -> Option<(&str, f64)> {
         let (column, limit, found) = match self {
             ProblemKind::SpeedTooHigh { column, limit, found }

@@ -94,7 +94,7 @@ pub struct CarInspection {
     pub name: String,
     pub length_m: Option<f64>,
     pub speed: SignalInspection,
-    /// Gap to the car numbered one less.
+    /// Gap to the car with the next lower number.
     pub gap: Option<SignalInspection>,
     pub position: Option<SignalInspection>,
     pub acceleration: Option<SignalInspection>,

@@ -62,7 +62,7 @@ pub(super) fn trajectory(
     })
 }
 
-/// Whether gap and speeds are in the units of their columns. A column map is checked when it is read.
+/// Whether gap and speeds are in the units of their columns. Reading a column map checks this.
 fn units(samples: &Samples) -> Option<Note> {
     let (v_l, v_f) = (samples.required(Signal::LeadSpeed), samples.required(Signal::Speed));
     let dv: Vec<f64> = v_l.iter().zip(v_f).map(|(v_l, v_f)| v_l - v_f).collect();

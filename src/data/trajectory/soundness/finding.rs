@@ -32,9 +32,9 @@ pub enum FindingKind {
     Quantised,
     /// Accelerations are mostly noise.
     Noisy,
-    /// A speed that no road vehicle drives.
+    /// A speed that no road vehicle reaches.
     TooFast,
-    /// The time is a clock and not seconds.
+    /// The time is a time of day instead of seconds.
     TimeUnit,
     /// Gap and speeds contradict each other in a way that no constant explains.
     Inconsistent,
@@ -65,7 +65,7 @@ impl FindingKind {
 }
 
 impl FindingKind {
-    /// What mends a fault of this kind or avoids it, for the page of documentation.
+    /// How to correct or avoid a fault of this kind, for the documentation.
     #[must_use]
     pub fn remedy(self) -> &'static str {
         match self {
@@ -82,7 +82,8 @@ impl FindingKind {
         }
     }
 
-    /// Sound drives in which a fault of this kind is found, of 1,000: measured by `tests/input/false_alarms.rs` with LEADLAG_FULL=1.
+    /// Number of 1,000 sound drives in which a fault of this kind is found: measured by `tests/input/false_alarms.rs` with
+    /// LEADLAG_FULL=1.
     #[must_use]
     pub fn false_alarms(self) -> f64 {
         match self {

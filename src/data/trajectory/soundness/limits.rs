@@ -1,4 +1,4 @@
-//! Every number that decides on a fault of the data, and on its effect on the parameters of a model.
+//! Every limit for faults of the data and for their effect on the parameters of a model.
 
 crate::numbers! {
     /// The size from which a deviation is a fault, and the one from which (`..._matters`) it changes the calibration.
