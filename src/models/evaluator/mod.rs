@@ -168,7 +168,7 @@ impl Score {
     /// The score of a candidate from its scores on several cases, each with the number of samples: their mean.
     ///
     /// A run that ended early outranks a touched bound. Its step includes those of earlier cases, so that of two failed candidates the one
-    /// that came further is the better.
+    /// that came further is better.
     #[must_use]
     pub fn joint(scores: impl IntoIterator<Item = (Score, usize)>) -> Score {
         let (mut sum, mut count, mut passed, mut rejected) = (0.0, 0.0, 0, false);
@@ -196,7 +196,7 @@ impl Outcome {
         }
     }
 
-    /// True if it touched an acceleration bound where that rejects a candidate.
+    /// True if it touched an acceleration bound and the convention rejects such candidates.
     #[must_use]
     pub fn is_rejected(&self, rule: BoundRule) -> bool {
         rule == BoundRule::Reject && self.n_cut_acc + self.n_cut_dec > 0

@@ -55,7 +55,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Why no more simulations may be used, if so.
+    /// The reason why no more simulations are allowed, if any.
     fn refusal(&self, simulations: u64) -> Option<StopReason> {
         let stop = &self.settings.stop;
         let best = self.best.as_ref().map(|(_, score)| *score);

@@ -1,7 +1,7 @@
 //! The power function in f64, over blocks of values: the plan of shaders/power.wgsl with longer polynomials and fused multiply-adds.
 //!
-//! The standard library's takes its arguments one by one, and thirty times as long. In stages as `power`, for the same reason; two stages
-//! are enough here.
+//! That of the standard library takes its arguments one by one, and thirty times as long. In stages as `power`, for the same reason; two
+//! stages are enough here.
 #![allow(clippy::needless_range_loop, reason = "loops over rows of lanes, in the form that is vectorised")]
 
 use super::binary::double::{EXP, LOG, parts, scale};
