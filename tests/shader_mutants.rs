@@ -29,7 +29,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 use text::{Mutant, mutants};
 
-/// A mutant that no test can notice: file, its line as written, the change, and the reason.
+/// A mutant that no test can detect: file, its line as written, the change, and the reason.
 struct Survivor {
     file: &'static str,
     line: &'static str,
@@ -446,7 +446,7 @@ fn compare(survivors: &[&Mutant], left: &[Mutant], listed: &[Survivor]) {
     }
 }
 
-/// Mutants that cannot be noticed, of the files that only a GPU runs unchanged.
+/// Undetectable mutants of the files that only a GPU runs unchanged.
 const SURVIVORS_ON_GPU: &[Survivor] = &[
     Survivor {
         file: "shaders/kernel.wgsl",

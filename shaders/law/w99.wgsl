@@ -66,8 +66,7 @@ fn w99_law(own: Parameters, w: World, x: Perceived, v_f: f32) -> f32 {
     return max(min(min(a, own.cc8), (own.v_0 - v_f) / w.dt), -EMERGENCY);
 }
 
-// No spacing is stationary: below the end of following the car brakes by cc7, above it the car accelerates. Beyond v_0, the spacing of
-// v_0.
+// There is no state of rest: below the end of following the car brakes by cc7, above it the car accelerates. From v_0 on, that of v_0.
 fn w99_equilibrium(own: Parameters, v: f32) -> f32 {
     return own.d_0 + own.cc1 * min(v, own.v_0) + own.cc2;
 }

@@ -134,7 +134,7 @@ pub enum StudyError {
     NoTask {
         /// As given.
         id: String,
-        /// Number of tasks that begin like it.
+        /// Number of tasks whose ids begin with it.
         found: usize,
         /// The ids of the first of them.
         first: Vec<String>,

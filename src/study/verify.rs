@@ -18,7 +18,7 @@ pub struct Verified {
     pub interrupted: bool,
 }
 
-/// Tasks of a share of the present parts, drawn by a seed: at least one of them, in the order of the plan.
+/// The tasks of a random share of the present parts, at least one, in the order of the plan.
 #[must_use]
 pub fn drawn(inventory: &Inventory, share: f64, seed: u64) -> Vec<usize> {
     let there = inventory.parts.iter().enumerate().filter_map(|(i, part)| Some((i, part.as_ref()?)));

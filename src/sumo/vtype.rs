@@ -1,4 +1,4 @@
-//! From parameters to the attributes of a `vType`, and the loss on the way.
+//! From parameters to the attributes of a `vType`, and the loss of the mapping.
 
 use super::SumoError;
 use crate::catalog::{Constraint, Dynamics, Variant};
@@ -286,7 +286,7 @@ impl VehicleType {
     }
 }
 
-/// The types of several drivers, any of which SUMO takes with the same probability.
+/// The types of several drivers, which SUMO selects with equal probability.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distribution {
     /// Id and type of each driver.
@@ -294,7 +294,7 @@ pub struct Distribution {
 }
 
 impl Distribution {
-    /// Sentences about all types: what is not exported, and what the types do besides.
+    /// Sentences about all types: missing parts and additional effects.
     #[must_use]
     pub fn common(&self) -> Vec<(&'static str, &String)> {
         let first = self.types.iter().take(1).flat_map(|(_, vtype)| vtype.sentences());
@@ -303,7 +303,7 @@ impl Distribution {
             .collect()
     }
 
-    /// An additional file of SUMO with a `vTypeDistribution` of this id; `about` says in a comment where it comes from.
+    /// An additional file of SUMO with a `vTypeDistribution` of this id; `about` gives its origin in a comment.
     #[must_use]
     pub fn to_xml(&self, id: &str, about: &str) -> String {
         let mut xml = format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {} -->\n", comment(about));

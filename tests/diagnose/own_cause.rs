@@ -55,7 +55,7 @@ const FIXED: &str = "fn fixed_command(a_cmd: f32) -> f32 {
 }
 ";
 
-/// Output of `leadlag diagnose` for a synthetic drive of 200 s with these causes of a user: its text, and its JSON.
+/// Text and JSON output of `leadlag diagnose` for a synthetic drive of 200 s with these causes of a user.
 fn diagnosed(name: &str, effect: &[&str], causes: &[(&str, &str)]) -> (String, Value) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("own_cause").join(name);
     let _ = fs::remove_dir_all(&folder);

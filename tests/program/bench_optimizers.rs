@@ -206,7 +206,7 @@ fn the_median_of_an_even_number_lies_in_the_middle() {
     assert_eq!(median.found, worst.found.map(|worst| 0.5 * worst), "the other one has no spread");
 }
 
-/// The program itself, on one task of the real data, twice: the second time everything is known.
+/// The program itself, on one task of the real data, twice: the second time everything is finished already.
 #[test]
 fn the_command_goes_on_where_it_was() {
     let Some(shared) = common::shared("the_command_goes_on_where_it_was") else { return };

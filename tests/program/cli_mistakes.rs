@@ -141,7 +141,7 @@ fn what_is_nearly_right_is_told_the_right_way() {
     fs::write(&cases, "model_id,platoon,follower_position\n").expect("writable");
     let message = fails(1, &["evaluate", text(&cases), "--data", "nowhere"]);
     assert!(message.contains("expected the folder of the platoon files, or one file; there is none"), "{message}");
-    // An unknown follower is the same usage wherever it is asked for.
+    // An unknown follower is the same wrong usage in every command.
     let said = calibrate(2, &["--model", "idm", "--follower", "9"]);
     assert!(said.ends_with("followers with data: 1\n"), "{said}");
     assert_eq!(fails(2, &["diagnose", pair(), "--base", "idm", "--follower", "9"]), said);

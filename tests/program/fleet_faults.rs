@@ -46,7 +46,7 @@ fn fleet<'a>(table: &'a Path, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
     [&["calibrate", text(table), "--all", "--out", text(out)], &SETTINGS[..], more].concat()
 }
 
-/// The NRMSE of an acceleration that is always 0 is NaN, and no row is lost by that.
+/// The NRMSE of an acceleration that is always 0 is NaN, and no row is lost for that reason.
 #[test]
 fn a_drive_at_constant_speed_is_read_again() {
     let folder = scratch("fleet_faults", "constant");

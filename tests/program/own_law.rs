@@ -97,8 +97,8 @@ fn it_is_calibrated_and_its_result_needs_no_file() {
     assert_eq!(fit.expect("feasible").to_json(), written);
 }
 
-/// Calibration by derivatives needs only the text of a law: on an unknown law and on others it comes as far as a long search by scores,
-/// with a fraction of its simulations. The share is the gain at which a descent ends.
+/// Calibration by derivatives needs only the text of a law: on an unknown law and on others it reaches the result of a long search by
+/// scores, with a fraction of its simulations. The share is the gain at which a descent ends.
 #[test]
 fn auto_comes_as_far_as_a_long_search() {
     const LONG: u64 = 40_000;

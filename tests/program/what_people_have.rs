@@ -226,7 +226,7 @@ fn maps_have_constants_words_preambles_and_names_of_any_case() {
     assert!(said.contains("lines 1 to 2 not read") && said.contains("line 4 not read: units"), "{said}");
     assert!(said.contains("gap derived from positions and the length") && !said.contains("warning"), "{said}");
     let in_columns = map.replace("lead_length = 4.6\n", "") + "lead_length = 4.6\n";
-    // A constant in place of the columns gives the same.
+    // A constant in place of the columns gives the same result.
     assert_eq!(mapped("constants", &table, &in_columns), said);
 }
 
@@ -556,7 +556,7 @@ fn a_table_of_sumo_without_leaders_says_how_to_get_them() {
 fn shipped_maps_are_printed_to_begin_with() {
     let printed = stdout(&succeeds(&["columns", "ngsim"]));
     assert!(printed.contains("[headerless]") && printed.contains("ahead = "), "{printed}");
-    // Both helps name all of them.
+    // Both help texts name all of them.
     for verb in ["inspect", "calibrate"] {
         let help = stdout(&succeeds(&[verb, "--help"]));
         let help = help.split_whitespace().collect::<Vec<_>>().join(" ");

@@ -139,7 +139,7 @@ fn the_first_scored_sample_counts_the_delay_of_an_extension() {
     }
 }
 
-/// 25 s of a car behind two others, from a start time on; steps of 1/8 s are the same to the last bit for any start.
+/// 25 s of a car behind two others, from a start time on; steps of 1/8 s have the same bits for any start.
 fn pair(start: f64, lead2: f64) -> String {
     let head = "time_s,lead_speed_mps,speed_mps,spacing_m,lead2_speed_mps,lead2_spacing_m\n".to_owned();
     (0..200).fold(head, |mut text, i| {

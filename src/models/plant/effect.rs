@@ -219,7 +219,7 @@ impl Effect {
         let mut scaled = self.clone();
         if together && self.values[first] != 0.0 {
             let other = 1 - first;
-            // Rounding must not lead out of the bounds.
+            // Rounding must not move the value out of bounds.
             scaled.values[other] = (self.values[other] * (value / self.values[first])).clamp(lower, upper);
         }
         scaled.values[first] = value;

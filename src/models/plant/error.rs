@@ -43,7 +43,7 @@ pub enum PlantError {
         effect: EffectKind,
         /// Position in the platoon.
         car: usize,
-        /// The parameter of the time.
+        /// The parameter that sets the time.
         parameter: &'static str,
         /// When it begins \[s\].
         begins_s: f64,

@@ -36,9 +36,9 @@ pub(super) struct Follower<'a> {
     length_ahead: f64,
     hills: &'a Hills,
     h: f64,
-    /// Perception delay, the base's own and that of an effect \[s\].
+    /// Perception delay of the base and of an effect \[s\].
     tau_p: f64,
-    /// The command as far as it may change in a step \[m/s²\].
+    /// The command, limited to its change in a step \[m/s²\].
     command: f64,
     /// Random acceleration, constant within a step \[m/s²\].
     gust: f64,
@@ -168,7 +168,7 @@ impl<'a> Follower<'a> {
 impl Car<6> for Follower<'_> {
     fn begin(&mut self, t: f64, state: &[f64; 6], own: &History) -> Result<(), PlantError> {
         let gap = self.ahead.at(t).0 - self.length_ahead - state[X];
-        // NaN comes from parameters that are inconsistent.
+        // Inconsistent parameters give NaN.
         if gap <= 0.0 || gap.is_nan() {
             return Err(PlantError::Collision { car: self.number, t, gap });
         }

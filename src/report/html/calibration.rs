@@ -236,7 +236,7 @@ fn parameters(page: &mut Page, result: &ResultFile) {
     }
 }
 
-/// Distance of the replicates' best candidates.
+/// Spread of the replicates' best candidates.
 fn spread(page: &mut Page, result: &ResultFile) {
     if let Some(cv) = result.cv {
         page.paragraph(&format!("Coefficient of variation of the score over the replicates: {} %.", short(100.0 * cv)));

@@ -65,7 +65,8 @@ impl Line {
 }
 
 impl Chart {
-    /// The same chart with few enough points: of each stretch, the samples at which a line is highest or lowest; five digits.
+    /// The same chart with few enough points: for each stretch, the samples at which a line is highest or lowest, with five
+    /// digits.
     #[must_use]
     pub fn thinned(mut self) -> Chart {
         let count = self.x.len();

@@ -8,7 +8,7 @@ pub const BEGIN: &str = "<!-- leadlag bench diagnosis: what follows is written b
 /// The line before which it ends.
 pub const END: &str = "<!-- leadlag bench diagnosis: end -->";
 
-/// How the numbers came about.
+/// The origin of the numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Provenance {
     /// The command that gives them.

@@ -79,7 +79,7 @@ pub fn variations(material: &Material) -> String {
             let digits = (0..4).find(exact).unwrap_or(4);
             let text = if end < 0.01 { short(at) } else { format!("{at:.digits$}") };
             let above = if k == 2 && most > end { "≥ " } else { "" };
-            // The last one ends where the bars do: beside it another panel, or the edge.
+            // The last one ends with the bars, next to another panel or the edge.
             let anchor = if k == 2 { Anchor::End } else { Anchor::Middle };
             figure.text([x, 348.0], 11.5, anchor, INK, &format!("{above}{text}"));
         }

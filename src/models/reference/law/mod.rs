@@ -33,7 +33,7 @@ pub type Memory = [f64; 4];
 /// A law.
 #[derive(Debug)]
 pub struct Law {
-    /// As its file is called.
+    /// The name of its file.
     pub name: &'static str,
     /// Commanded acceleration \[m/s²\].
     pub acceleration: fn(&Seen<'_>, &mut Memory) -> f64,
