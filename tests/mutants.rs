@@ -207,7 +207,7 @@ const SURVIVORS: &[Survivor] = &[
         file: "reference/law/acc_milanes.rs",
         line: "(75.0 / v.max(0.0) - 5.0).clamp(0.0, 2.0)",
         change: "0.0 -> 0.01",
-        reason: "both give a margin of 2 m, for the quotient is beyond it",
+        reason: "both give a margin of 2 m, because the quotient is beyond it",
     },
     Survivor {
         file: "reference/law/w99.rs",

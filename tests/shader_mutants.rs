@@ -222,7 +222,7 @@ const SURVIVORS: &[Survivor] = &[
         file: "shaders/law/acc_milanes.wgsl",
         line: "return clamp(75.0 / max(v, 1.0) - 5.0, 0.0, 2.0);",
         change: "1.0 -> 1.0 * 1.01",
-        reason: "both give a margin of 2 m, for the quotient is beyond it",
+        reason: "both give a margin of 2 m, because the quotient is beyond it",
     },
     Survivor {
         file: "shaders/law/acc_milanes.wgsl",

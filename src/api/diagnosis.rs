@@ -304,7 +304,7 @@ impl Diagnosis {
     pub fn cause(mut self, name: &str, text: &str) -> Result<Diagnosis, Error> {
         let own = read_extension(name, text).map_err(anyhow::Error::from)?;
         if self.causes.iter().any(|known| known.name == own.name) {
-            return Err(anyhow::Error::from(Usage(format!("there is a cause {} already", own.name))).into());
+            return Err(anyhow::Error::from(Usage(format!("a cause {} exists already", own.name))).into());
         }
         self.causes.push(own);
         Ok(self)

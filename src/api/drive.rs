@@ -91,7 +91,7 @@ impl Recording {
         let number = self.reading.chosen(&mut read, follower)?;
         let ids = self.reading.ids(&read);
         if let [_, another, ..] = ids.as_slice() {
-            let message = format!("a drive is of one trajectory, but {another} is requested, too");
+            let message = format!("a drive has one trajectory, but {another} is requested, too");
             return Err(anyhow::Error::from(Usage(message)).into());
         }
         let mut warnings = Vec::new();

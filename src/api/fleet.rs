@@ -323,7 +323,7 @@ fn distinct(calibrations: &[Calibration]) -> Result<(), Usage> {
         let Some(law) = model.law() else { continue };
         if others().filter_map(Variant::law).any(|other| other.name == law.name && other != law) {
             let name = &law.name;
-            return Err(Usage(format!("there are two laws of the name {name}; give one of the files another name")));
+            return Err(Usage(format!("two laws have the name {name}; rename one of the files")));
         }
     }
     Ok(())

@@ -399,7 +399,7 @@ impl Reading {
             };
             if one != other {
                 warn(format!(
-                    "{path}: {one} drives until {before:.1} s and {other} after, as the file says: two drivers, each a segment of its own; \
+                    "{path}: {one} drives until {before:.1} s and {other} after, as the file says: two drivers, each a separate segment; \
                      --to {before:.3} or --from {after:.3} takes one of them"
                 ));
             }

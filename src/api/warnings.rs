@@ -176,8 +176,7 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     if let Some(fastest) = fast.iter().map(|l| highest(l)).reduce(f64::max) {
         let first = fast[0].v_f.iter().position(|v| *v > upper).unwrap_or_default();
         said.push(format!(
-            "{}: the follower drives up to {fastest:.1} m/s (above {upper} m/s from {:.1} s on), but v_0 is searched up to {upper} m/s \
-             only: the model cannot keep up; {}",
+            "{}: the follower drives up to {fastest:.1} m/s (above {upper} m/s from {:.1} s on), but v_0 is searched up to {upper} m/s: the model cannot keep up; {}",
             paths(&fast),
             fast[0].t[first],
             remedy("an upper bound above the driven speeds")

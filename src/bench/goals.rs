@@ -87,7 +87,7 @@ impl Report {
         let lanes =
             self.generations.iter().find(|g| (g.evaluator, g.precision, g.population) == ("lanes", "plain", 100));
         goals.push(Goal {
-            what: "lanes, a generation of 100 beside simulating".to_owned(),
+            what: "lanes, a generation of 100 besides simulation".to_owned(),
             unit: "ms",
             wanted: 0.2,
             at_most: true,

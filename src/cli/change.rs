@@ -107,8 +107,9 @@ fn complete(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
 /// Completes a change that was ready, and removes files of one that was not.
 fn clear(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
     complete(folder, lock)?;
-    ignoring_absence(fs::remove_dir_all(folder.join(NEW)))
-        .with_context(|| format!("{}: cannot remove what a killed process has left", folder.join(NEW).display()))
+    ignoring_absence(fs::remove_dir_all(folder.join(NEW))).with_context(|| {
+        format!("{}: cannot remove the files that a killed process has left", folder.join(NEW).display())
+    })
 }
 
 /// Makes the change that is ready, or the rest of it.

@@ -65,7 +65,7 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
             "No GPU adapter found: neither Vulkan, Metal nor DirectX 12 offers one. leadlag works without; its fast CPU \
              evaluator (--evaluator lanes) needs no driver.",
         );
-        text += "\nTo use a GPU, install the driver of its maker. To try the GPU evaluator\nwithout a GPU, install a \
+        text += "\nTo use a GPU, install its manufacturer's driver. To try the GPU evaluator\nwithout a GPU, install a \
                  software driver:\n\n";
         text += "  Debian, Ubuntu   apt-get install mesa-vulkan-drivers libvulkan1\n";
         text += "  Fedora           dnf install mesa-vulkan-drivers vulkan-loader\n";

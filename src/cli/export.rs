@@ -125,7 +125,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 /// The drivers of a fleet as types of one distribution; those with doubtful data are omitted and listed.
 fn fleet(args: &SumoArgs, folder: &Path, asked: Option<Model>) -> anyhow::Result<()> {
     if args.sumo.is_some() {
-        return Err(Usage("--sumo: SUMO is run behind the leader of one result, and not for a fleet".to_owned()).into());
+        return Err(
+            Usage("--sumo: leadlag runs SUMO behind the leader of one result, not for a fleet".to_owned()).into()
+        );
     }
     let (sound, doubtful): (Vec<_>, Vec<_>) =
         fleet_row::of_all(folder)?.into_iter().partition(|(row, _)| row.findings.is_empty());

@@ -120,7 +120,7 @@ fn entry_of_law(law: &Extension) -> Entry {
 fn cause(extension: &Extension) -> Option<Entry> {
     let cause = extension.cause.as_ref()?;
     let parameters = extension.parameters.iter().map(|p| {
-        let Bounds::Fixed(lower, upper) = p.bounds() else { unreachable!("extensions have bounds of their own") };
+        let Bounds::Fixed(lower, upper) = p.bounds() else { unreachable!("extensions have their own bounds") };
         let value = json!({
             "name": p.name(), "unit": p.unit(), "bounds": [lower, upper], "neutral": p.neutral(), "meaning": p.meaning(),
         });

@@ -101,7 +101,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.result.len() != 1 && args.result.len() != followers.len() {
         let one_each = match (args.platoon, followers.len()) {
             (false, _) => "one, because only one follower is simulated; --platoon simulates all".to_owned(),
-            (true, 1) => format!("one, for {} has 1 follower", args.file.display()),
+            (true, 1) => format!("one, because {} has 1 follower", args.file.display()),
             (true, n) => format!("one for all, or one for each of the {n} followers of {}", args.file.display()),
         };
         let message = format!("--result is given {} times; expected {one_each}", args.result.len());

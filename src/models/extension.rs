@@ -218,7 +218,7 @@ pub enum ExtensionConflict {
         name: String,
     },
     /// A law is not an extension.
-    #[error("{name} is a law, a base model of its own: give it as the model, such as `--model {name}.wgsl`")]
+    #[error("{name} is a law, a separate base model: give it as the model, such as `--model {name}.wgsl`")]
     Law {
         /// Its name.
         name: String,

@@ -106,8 +106,7 @@ pub enum StudyError {
     /// The folder's plan has changed since it was planned.
     #[error(
         "{folder}: {changed} of {tasks} tasks are not those that were planned: the data, the plan or the program ({program}) have \
-         changed since; `leadlag study plan {folder}/plan.toml --data {data} --out {folder}` accepts that, and keeps the parts of all \
-         tasks that stay the same"
+         changed since; `leadlag study plan {folder}/plan.toml --data {data} --out {folder}` accepts that, and keeps the parts of all unchanged tasks"
     )]
     Changed {
         /// The folder.

@@ -148,7 +148,7 @@ pub fn run(
     if !Claim::work(folder) {
         let claims = folder.claims();
         (settings.warn)(&format!(
-            "{}: files cannot be locked here, so that several runs on this folder compute the same tasks; `--shard I/N` gives each its own",
+            "{}: files cannot be locked here, so several runs on this folder compute the same tasks; `--shard I/N` gives each its own",
             claims.display()
         ));
     }

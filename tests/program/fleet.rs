@@ -224,7 +224,7 @@ fn other_drives_of_the_same_drivers_are_held_back() {
     fs::write(&other, HEADER.to_owned() + &drives(7..9, 250)).expect("room");
     for (given, expected) in [
         (text(&other), "belong to none of the calibrated drivers, automated vehicle 1, automated vehicle 3"),
-        (text(&fit), "it is calibrated on, too"),
+        (text(&fit), "it is also used for calibration"),
         ("1.5", "expected a share above 0 and below 1"),
         ("nan", "expected a share above 0 and below 1"),
     ] {

@@ -689,7 +689,7 @@ fn who_drives_by_a_column_decides_what_is_said_of_the_bounds() {
             .collect::<Vec<_>>()
             .join(" ")
     };
-    assert!(said("by_acc", "ACC").contains("acc: Table 3, for the file says who drives"));
+    assert!(said("by_acc", "ACC").contains("acc: Table 3, because the file says who drives"));
     assert!(said("by_human", "0").contains("although the file says that a human drives"));
     assert!(said("by_name", "Anna").contains("the file names drivers, but not whether they are human"));
 }

@@ -93,7 +93,7 @@ fn an_extended_study_keeps_the_text_and_tells_its_parameters() {
 fn extensions_that_cannot_be_say_why() {
     for (extend, message) in [
         ("\"actuation_lug\"", "did you mean `actuation_lag`?"),
-        ("\"hard.wgsl\"", "hard.wgsl: cannot be read; its name starts from the folder of the plan"),
+        ("\"hard.wgsl\"", "hard.wgsl: cannot be read; its path is relative to the folder of the plan"),
         ("\"soft.wgsl\", \"soft.wgsl\"", "calibration.extend: extension soft: the model contains it already"),
     ] {
         let file = plan("extend_bad", &format!("extend = [{extend}]"), OWN);

@@ -104,7 +104,7 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
             if let Some(path) = twice {
                 let shown = path.display();
                 return Err(Usage(format!(
-                    "--holdout {shown}: it is calibrated on, too; give another file, or a share"
+                    "--holdout {shown}: it is also used for calibration; give another file, or a share"
                 ))
                 .into());
             }

@@ -138,7 +138,7 @@ fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path)
     let started = Instant::now();
     let apart = calibration.apart(&prepared, loaded, &interrupt::asked)?;
     if let Some(apart) = &apart {
-        warn(&format!("--joint: {apart}; without --joint each gets parameters of its own"));
+        warn(&format!("--joint: {apart}; without --joint each gets its own parameters"));
     }
     let mut bar = progress::Bar::new(&calibration.search);
     let found = calibration.search(evaluator.as_mut(), &prepared, loaded, &mut |progress| bar.update(progress));

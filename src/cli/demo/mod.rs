@@ -170,7 +170,7 @@ impl Demo {
 
     /// Writes the report; returns its path.
     fn report(&self) -> anyhow::Result<String> {
-        tell::step("5. All of it as one HTML file")?;
+        tell::step("5. Write everything as one HTML file")?;
         let (diagnosis, page) = (self.path("diagnosis"), self.path("report.html"));
         self.command(&["report", &diagnosis, "-o", &page], None)?;
         Ok(page)

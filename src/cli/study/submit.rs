@@ -114,7 +114,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let [jobs, cores] = [(job.jobs as u64, "job"), (u64::from(args.cpus), "core")].map(|(n, word)| counted(n, word));
     eprintln!("{jobs} of {cores}, {:.0} min expected, {} min allowed", (takes_s / 60.0).ceil(), job.limit_min);
     if !job.locks {
-        eprintln!("files cannot be locked in this folder: each job computes its own share only");
+        eprintln!("files cannot be locked in this folder: each job computes only its own share");
     }
     eprintln!("nothing was submitted; to submit:");
     let [array, merge] = [&array, &merge].map(|path| quoted(&path.display().to_string()));
@@ -136,7 +136,7 @@ fn per_task(args: &Args, folder: &Folder, study: &StudyFile) -> anyhow::Result<(
     let seconds = study.max_evaluations as f64 * mean / STEPS_PER_S;
     let shown = quoted(&args.folder.display().to_string());
     let first = folder.tasks()?.first().map_or(String::new(), |task| task.id.clone());
-    eprintln!("nothing was measured yet; run one task first to measure its time:");
+    eprintln!("no time was measured yet; run one task first to measure its time:");
     eprintln!("  leadlag study run {shown} --task {first}");
     let rate = STEPS_PER_S / 1e6;
     let max = study.max_evaluations;

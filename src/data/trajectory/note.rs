@@ -91,7 +91,7 @@ impl fmt::Display for Note {
             Note::LeadersAbsent { vehicles } => {
                 write!(
                     f,
-                    "{vehicles} vehicles name a vehicle ahead that is not in the table; what they drive behind it is left out"
+                    "{vehicles} vehicles name a vehicle ahead that is not in the table; those stretches are left out"
                 )
             }
             Note::LongVehicles { column, median_m } => write!(
@@ -187,7 +187,7 @@ impl fmt::Display for Note {
                 write!(f, "line {line} repeats another row exactly; used once")
             }
             Note::RowsRepeated { rows, line } => {
-                write!(f, "{rows} rows are exact repetitions and used once, the first in line {line}")
+                write!(f, "{rows} rows are exact repetitions and count once, the first in line {line}")
             }
             Note::Found { finding } => write!(f, "{}", finding.told()),
             Note::GradeFromColumn { points } => {

@@ -167,7 +167,7 @@ pub enum ContentError {
     #[error(transparent)]
     Convention(#[from] ConventionError),
     /// No built-in extension has this name.
-    #[error("extension {0}: there is no built-in one of this name, and the file has no text of it")]
+    #[error("extension {0}: no built-in extension has this name, and the file does not contain its text")]
     Extension(String),
     /// The text of an extension is not valid.
     #[error(transparent)]

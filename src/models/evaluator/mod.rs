@@ -278,7 +278,9 @@ pub enum EvaluateError {
         message: String,
     },
     /// The memory of the device is too small for this many candidates at once.
-    #[error("{adapter} has not enough memory: {message}; close other programs that use it, or use --evaluator lanes")]
+    #[error(
+        "{adapter} does not have enough memory: {message}; close other programs that use it, or use --evaluator lanes"
+    )]
     Memory {
         /// The device.
         adapter: String,

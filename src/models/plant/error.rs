@@ -35,7 +35,7 @@ pub enum PlantError {
     },
     /// An effect begins after the end of the drive.
     #[error(
-        "{effect} of car {car} begins at {begins_s} s, and the drive ends at {duration_s} s; let it begin earlier, as in {effect}:{parameter}={}, or drive longer",
+        "{effect} of car {car} begins at {begins_s} s, and the drive ends at {duration_s} s; start it earlier, as in {effect}:{parameter}={}, or drive longer",
         (0.4 * duration_s).round()
     )]
     TooLate {

@@ -159,7 +159,7 @@ impl Selection {
         match device::find(&self.adapter) {
             Ok(device) if device.is_discrete => None,
             Ok(device) if device.is_hardware => SMALL.filter(|_| work.candidates < FOR_ANOTHER_GPU),
-            _ => Some("it is not hardware, and the CPU alone is faster"),
+            _ => Some("it is software, and the CPU alone is faster"),
         }
     }
 }

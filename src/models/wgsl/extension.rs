@@ -352,7 +352,7 @@ impl<'a> Reader<'a> {
                 Some(span) => self.refuse(
                     span,
                     format!(
-                        "`{SPACING}` is found from this law, which cannot ask for it itself; define \
+                        "`{SPACING}` is computed from this law, which cannot call it; define \
                          `fn {wanted}(own: Parameters, v: f32) -> f32`, the spacing at which the speed v is kept, and call that"
                     ),
                 ),

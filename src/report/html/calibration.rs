@@ -40,7 +40,7 @@ pub fn calibration(
     }
     page.charts("Observed and simulated", "show", charts);
     if let Some(errors) = errors {
-        page.section("errors", "Where and when it errs");
+        page.section("errors", "Where and when errors occur");
         budget(&mut page, &errors.all, "Error of the simulation");
     }
     page.section("replicates", "Replicates and convergence");

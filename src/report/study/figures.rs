@@ -294,7 +294,7 @@ pub fn collisions(material: &Material) -> String {
     let own = material.own;
     let steps = "Grey steps: the paper, 168 runs per variant, NRMSE(s,v,a) (Table 5). ";
     let lines = [
-        "Winners of each calibration, simulated on the other trajectories of the same vehicle: share of runs in which the spacing was not above 0.",
+        "Winners of each calibration, simulated on the other trajectories of the same vehicle: share of runs with a collision.",
         &format!("{}{}", if material.is_beside_paper() { steps } else { "" }, what_labels_are(own)),
     ];
     let mut figure = Figure::new(WIDTH, 480.0, "Figure 7: collisions in validation", &lines);

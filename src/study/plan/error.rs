@@ -29,7 +29,7 @@ pub enum PlanError {
         nearest: Option<String>,
     },
     /// The file of an extension or a law cannot be read.
-    #[error("{path}: {key}: {file}: cannot be read; its name starts from the folder of the plan")]
+    #[error("{path}: {key}: {file}: cannot be read; its path is relative to the folder of the plan")]
     ExtensionFile {
         /// The plan.
         path: String,

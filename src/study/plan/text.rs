@@ -235,7 +235,7 @@ impl Reader<'_> {
             if entry.columns.is_some() && entry.layout.is_some() {
                 return Err(self.value(
                     key("layout"),
-                    "not together with columns, which describe a layout of their own",
+                    "not together with columns, which describe their own layout",
                     None,
                 ));
             }

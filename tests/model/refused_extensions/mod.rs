@@ -262,7 +262,7 @@ fn what_does_nothing_is_warned_of_with_its_place() {
         ),
         (
             format!("{parameters}{}", command("return a;")),
-            &["x.wgsl:3:5: no function reads the parameter k, so a calibration searches it in vain: use or remove it"],
+            &["x.wgsl:3:5: no function reads the parameter k, so it has no effect in a calibration: use or remove it"],
         ),
     ];
     for (text, expected) in cases {

@@ -37,7 +37,7 @@ pub enum ProblemKind {
         "expected a table of at most {limit} bytes, of text (unpacked) and of memory for its rows, found more; split the file by time or by vehicle, and remove columns that leadlag does not read"
     )]
     TableTooLarge { limit: u64 },
-    #[error("a carriage return inside a line; expected line ends LF or CRLF: convert the line ends of the file")]
+    #[error("a carriage return inside a line; expected line endings LF or CRLF: convert the line endings of the file")]
     LoneCarriageReturn,
     #[error(
         "the fields are separated by {found}; expected commas, and a point in decimal numbers: convert the file{}",
@@ -146,17 +146,16 @@ pub enum ProblemKind {
     )]
     HeaderAgain,
     #[error(
-        "column {column}: expected the speed of the vehicle ahead, found {found} m/s about which it varies, behind a follower at {own:.0} m/s: a \
+        "column {column}: expected the speed of the vehicle ahead, found values around {found} m/s, behind a follower at {own:.0} m/s: a \
          relative speed? Name it relative_speed in the column map (--columns), or add the speed of the follower to it"
     )]
     MappedRelative { column: String, own: f64, found: f64 },
     #[error(
-        "{column}: expected a time after {previous}, found {found}; time runs back: sort the rows, or split the file here"
+        "{column}: expected a time after {previous}, found {found}; time runs backwards: sort the rows, or split the file here"
     )]
     TimeBack { column: String, previous: f64, found: f64 },
     #[error(
-        "{column}: starts over at {found}: two recordings in one file, of which the second begins here; split the file at this line, or \
-         name a column that tells them apart as group in a column map (--columns)"
+        "{column}: starts over at {found}: two recordings in one file, of which the second begins here; split the file at this line, or name a column that distinguishes them as group in a column map (--columns)"
     )]
     TimeAnew { column: String, found: f64 },
     #[error(
@@ -232,7 +231,7 @@ pub enum ProblemKind {
     )]
     VehicleTwice { id: String, found: f64, first: u64 },
     #[error(
-        "none of {vehicles} vehicles drives behind another one in the same lane for {needed} s, the longest for {longest} s; are lane and position the right columns, and is direction?"
+        "none of {vehicles} vehicles drives behind another one in the same lane for {needed} s, the longest for {longest} s; check the columns lane and position, and direction"
     )]
     NobodyAhead { vehicles: usize, longest: f64, needed: f64 },
     #[error(

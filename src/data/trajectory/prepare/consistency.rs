@@ -32,7 +32,7 @@ pub(super) fn trajectory(
             t: samples.t[i],
             value: s[i],
             advice: match context.preparation.reconcile {
-                Reconcile::Gap => "cut the time window to where the spacing can be trusted",
+                Reconcile::Gap => "cut the time window to a part with a reliable spacing",
                 Reconcile::Speeds => "the speeds contradict the gap: anchor the spacing at the measured gap",
             },
         });

@@ -119,7 +119,7 @@ pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
         format!("third differences leave {sigma:.1e} {} for noise, less than any sensor has", signal.unit)
     } else {
         format!(
-            "its noise of {sigma:.1e} {} is not white (autocorrelation off by {off:.2}), as after a filter",
+            "its noise of {sigma:.1e} {} is not white (autocorrelation off by {off:.2}), as if filtered",
             signal.unit
         )
     };

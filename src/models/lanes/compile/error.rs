@@ -28,7 +28,7 @@ pub enum LanesError {
     },
     /// More operations than rows.
     #[error(
-        "the model has {operations} operations with calls inlined, and the CPU takes {most} at most; use fewer extensions, \
+        "the model has {operations} operations with calls inlined, and the CPU allows at most {most}; use fewer extensions, \
          or shorter ones"
     )]
     TooLarge {
