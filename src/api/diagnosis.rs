@@ -77,7 +77,7 @@ pub(crate) struct Loading {
     pub(crate) data_only: bool,
 }
 
-/// What is diagnosed.
+/// The drives of a diagnosis.
 #[derive(Debug)]
 pub(crate) struct Loaded {
     pub(crate) train: Vec<Diagnosed>,
@@ -385,7 +385,7 @@ impl Findings {
         self.outcome().verdict.into_str()
     }
 
-    /// Why, in a sentence.
+    /// The reason, in a sentence.
     #[must_use]
     pub fn reason(&self) -> &str {
         &self.outcome().reason

@@ -33,9 +33,9 @@ pub enum JournalError {
     Io {
         /// The file.
         path: String,
-        /// What was tried.
+        /// The attempted operation.
         doing: &'static str,
-        /// Why.
+        /// The cause of the error.
         source: io::Error,
     },
     /// Another process has it.

@@ -111,7 +111,7 @@ pub struct Settings {
     pub max_evaluations: Option<u64>,
     /// Whether intervals of the parameters are estimated.
     pub intervals: bool,
-    /// What simulates.
+    /// The choice of the evaluator.
     pub selection: Selection,
 }
 
@@ -129,7 +129,7 @@ pub struct Place {
 /// The calibration of one pair.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Row {
-    /// Which one.
+    /// Its place.
     #[serde(flatten)]
     pub place: Place,
     /// The result, or why there is none.

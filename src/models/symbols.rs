@@ -233,7 +233,7 @@ macro_rules! symbol_table {
                 format!("{}_{unit}", self.name())
             }
 
-            /// What it means, in words.
+            /// Its meaning, in words.
             #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self { $(Symbol::$ident => $meaning,)* Symbol::Extension(row) => &row.meaning }

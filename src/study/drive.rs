@@ -68,7 +68,7 @@ pub enum DriveError {
         platoon: String,
         /// The file, if it is missing.
         missing: Option<String>,
-        /// Why.
+        /// The cause of the error.
         source: Box<ImportError>,
     },
     /// The column map is broken or unknown.
@@ -76,7 +76,7 @@ pub enum DriveError {
     Map {
         /// The platoon.
         platoon: String,
-        /// Why.
+        /// The cause of the error.
         source: Box<MapError>,
     },
     /// The follower cannot be prepared.
@@ -84,7 +84,7 @@ pub enum DriveError {
     Prepare {
         /// The platoon.
         platoon: String,
-        /// Why.
+        /// The cause of the error.
         source: Box<PrepareError>,
     },
     /// Several trajectories, of which a study needs one.
@@ -97,7 +97,7 @@ pub enum DriveError {
         platoon: String,
         /// The follower.
         follower: usize,
-        /// How many.
+        /// Their number.
         count: usize,
         /// The first of them.
         labels: Vec<String>,

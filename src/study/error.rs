@@ -38,9 +38,9 @@ pub enum StudyError {
         drive: String,
         /// The variant.
         variant: String,
-        /// What it needs.
+        /// The required data.
         what: &'static str,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
     /// Invalid bounds of a variant.
@@ -48,7 +48,7 @@ pub enum StudyError {
     Bounds {
         /// The variant.
         variant: String,
-        /// Why.
+        /// The cause of the error.
         source: BoundsError,
     },
     /// The evaluator failed.
@@ -59,7 +59,7 @@ pub enum StudyError {
     Calibrate {
         /// The task.
         id: String,
-        /// Why.
+        /// The cause of the error.
         source: CalibrateError,
     },
     /// A file or folder of the study.
@@ -69,7 +69,7 @@ pub enum StudyError {
         path: String,
         /// The step under way.
         doing: &'static str,
-        /// Why it failed.
+        /// The cause of the error.
         source: std::io::Error,
     },
     /// Not a study folder.
@@ -89,7 +89,7 @@ pub enum StudyError {
         path: String,
         /// Its line, from 1.
         line: usize,
-        /// What was expected.
+        /// The expected value.
         expected: &'static str,
     },
     /// A plan that is not the copy of a study exists at the path of the copy.
@@ -125,7 +125,7 @@ pub enum StudyError {
         "cannot start a thread for the calibrations: allow this process more threads or memory (`ulimit -u`, `ulimit -v`)"
     )]
     Threads {
-        /// Why.
+        /// The cause of the error.
         source: std::io::Error,
     },
     /// No such task.

@@ -45,7 +45,7 @@ pub struct StudyFile {
     pub data_folder: PathBuf,
     /// The convention.
     pub convention: String,
-    /// What is minimised.
+    /// The measure to minimise.
     pub gofs: Vec<String>,
     /// The variants.
     pub variants: Vec<String>,

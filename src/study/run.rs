@@ -37,7 +37,7 @@ const NAP: Duration = Duration::from_millis(100);
 /// Settings of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Assignment<'a> {
-    /// Where.
+    /// The folder of the study.
     pub folder: &'a Folder,
     /// The plan with its data.
     pub study: &'a Study,

@@ -26,7 +26,7 @@ pub struct Task {
     pub model_id: u32,
     /// Name of the variant.
     pub variant: String,
-    /// What is minimised.
+    /// The measure to minimise.
     pub gof: String,
     /// The replicate, from 0.
     pub replicate: u64,

@@ -10,7 +10,7 @@ use super::{StudyError, inventory, sha256};
 /// Parts that were computed again.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Verified {
-    /// How many.
+    /// Their number.
     pub parts: usize,
     /// Differing parts: as found, and as computed now.
     pub differing: Vec<(Part, Part)>,

@@ -32,7 +32,7 @@ pub struct DiagnosisOutcome {
     pub truth: BTreeMap<String, f64>,
     /// The verdict; `failed` if the drives could not be made, `undiagnosed` if the diagnosis ended in an error.
     pub verdict: String,
-    /// Why.
+    /// The reason.
     pub reason: String,
     /// Adopted causes; they are names only if the verdict says so.
     pub adopted: Vec<String>,

@@ -32,7 +32,7 @@ pub struct Tally {
 /// A target of the benchmark, and the value reached.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bar {
-    /// What the target counts.
+    /// The counted quantity.
     pub what: String,
     /// Cases that count.
     pub cases: usize,

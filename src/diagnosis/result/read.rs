@@ -17,7 +17,7 @@ pub enum ResultFileError {
     Read {
         /// The file.
         path: String,
-        /// Why.
+        /// The cause of the error.
         source: std::io::Error,
     },
     /// It is not a result file.
@@ -25,7 +25,7 @@ pub enum ResultFileError {
     Json {
         /// The file.
         path: String,
-        /// Where and why.
+        /// The error and its place.
         source: serde_json::Error,
     },
     /// It has another version.
@@ -41,7 +41,7 @@ pub enum ResultFileError {
     Content {
         /// The file.
         path: String,
-        /// What does not fit.
+        /// The contradiction.
         source: ContentError,
     },
 }

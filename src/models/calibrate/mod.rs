@@ -112,7 +112,7 @@ pub enum StopReason {
     Stall,
     /// The optimiser expects no more gain.
     Converged,
-    /// The time was spent.
+    /// The time limit was reached.
     Time,
     /// The target was reached.
     Target,

@@ -98,7 +98,7 @@ pub enum LibraryError {
         platoon: String,
         /// The follower.
         follower: usize,
-        /// How many.
+        /// Their number.
         segments: usize,
     },
     /// It is too short.
@@ -113,11 +113,11 @@ enum Place {
     Folder(PathBuf),
     /// This is the file of all rows.
     File(PathBuf),
-    /// Where the rows say.
+    /// A folder; each row names its file.
     Named,
 }
 
-/// What a row is to be simulated on.
+/// The drive that a row requests.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) struct Wanted {
     pub(super) file: NamedFile,

@@ -69,7 +69,7 @@ pub enum TableError {
     Read {
         /// The table.
         path: String,
-        /// Where and why.
+        /// The error and its place.
         source: csv::Error,
     },
     /// Far more columns than a table of parameters has.

@@ -63,9 +63,9 @@ pub enum CaseError {
         label: String,
         /// The variant.
         variant: String,
-        /// What it needs.
+        /// The required data.
         what: &'static str,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
     /// An invalid upper bound of a perception delay.
@@ -100,9 +100,9 @@ pub enum InvalidParameter {
     Domain {
         /// The parameter.
         name: &'static str,
-        /// What was expected.
+        /// The expected value.
         expected: String,
-        /// What was found.
+        /// The value found.
         found: f64,
     },
     /// The delay reaches back before the first sample.
@@ -114,7 +114,7 @@ pub enum InvalidParameter {
         name: String,
         /// The longest delay possible \[s\].
         upper: f64,
-        /// What was found.
+        /// The value found.
         found: f64,
     },
 }

@@ -123,7 +123,7 @@ pub enum CourseError {
          {limit}; thin the table out, or use --evaluator reference"
     )]
     Table {
-        /// Which table.
+        /// The table.
         what: &'static str,
         /// Cells needed.
         cells: f64,

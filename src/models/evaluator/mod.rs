@@ -128,7 +128,7 @@ impl std::fmt::Display for FailureKind {
 /// A run that ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Failure {
-    /// Why.
+    /// The reason.
     pub kind: FailureKind,
     /// The sample at which it happened.
     pub step: usize,
@@ -211,7 +211,7 @@ pub enum EvaluateError {
     Room {
         /// Candidates in the jobs.
         candidates: usize,
-        /// Scores asked for.
+        /// The requested scores.
         scores: usize,
     },
     /// A delay longer than the evaluator remembers.
@@ -223,7 +223,7 @@ pub enum EvaluateError {
         name: String,
         /// The upper bound \[s\].
         upper: f64,
-        /// What was found.
+        /// The value found.
         found: f64,
     },
     /// The evaluator cannot prepare the case.
@@ -274,7 +274,7 @@ pub enum EvaluateError {
         doing: &'static str,
         /// The device.
         adapter: String,
-        /// What it says.
+        /// Its message.
         message: String,
     },
     /// The memory of the device is too small for this many candidates at once.
@@ -284,7 +284,7 @@ pub enum EvaluateError {
     Memory {
         /// The device.
         adapter: String,
-        /// What it says.
+        /// Its message.
         message: String,
     },
 }
@@ -354,7 +354,7 @@ impl std::ops::Add for Timings {
 pub trait Evaluator: Send {
     /// The cases; all of one variant.
     fn cases(&self) -> &[Case];
-    /// What is minimised.
+    /// The measure to minimise.
     fn gof(&self) -> &GoodnessOfFit;
     /// `reference`, `lanes` or `gpu`.
     fn name(&self) -> &'static str;

@@ -77,7 +77,7 @@ pub struct Exactly<'a> {
     pub lanes: &'a Lanes,
     /// The first of them.
     pub first: usize,
-    /// How many.
+    /// Their number.
     pub count: usize,
 }
 

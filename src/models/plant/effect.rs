@@ -112,7 +112,7 @@ pub enum EffectError {
     Parameter {
         /// The effect.
         effect: EffectKind,
-        /// What was given.
+        /// The given text.
         found: String,
     },
     /// A parameter with two values.
@@ -136,7 +136,7 @@ pub enum EffectError {
         upper: f64,
         /// Its unit.
         unit: &'static str,
-        /// What was given.
+        /// The given text.
         found: String,
     },
 }

@@ -45,9 +45,9 @@ pub enum PlantError {
         car: usize,
         /// The parameter that sets the time.
         parameter: &'static str,
-        /// When it begins \[s\].
+        /// Its start \[s\].
         begins_s: f64,
-        /// When the drive ends \[s\].
+        /// End of the drive \[s\].
         duration_s: f64,
     },
     /// An effect changes this drive too little.

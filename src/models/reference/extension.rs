@@ -147,7 +147,7 @@ impl<'a> Extended<'a> {
         q
     }
 
-    /// What is perceived.
+    /// The perceived values.
     pub fn perception(&mut self, q: &Parameters, mut x: Perceived, now: Now) -> Perceived {
         let case = self.case;
         let dt = case.dt;

@@ -17,7 +17,7 @@ pub struct Shown {
     pub label: String,
     /// The model.
     pub model: String,
-    /// What was minimised.
+    /// The minimised measure.
     pub gof: String,
     /// Kinds of the faults of the data that change the calibration, blanks between them.
     pub findings: String,

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 /// Everything the report is made of.
 struct Material<'a> {
-    /// What was planned.
+    /// The planned study.
     study: &'a StudyFile,
     /// The outcomes of the goodness of fit that the tables are about.
     own: &'a Outcomes,

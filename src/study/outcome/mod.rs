@@ -64,7 +64,7 @@ pub struct Cell {
 /// All calibrations of one goodness of fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcomes {
-    /// What was minimised.
+    /// The minimised measure.
     pub gof: String,
     /// The trajectories, in the order of the plan.
     pub drives: Vec<DriveName>,

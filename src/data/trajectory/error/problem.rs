@@ -9,7 +9,7 @@ pub struct Problem {
     pub line: u64,
     /// Character of the line at which the field starts, counted from 1 (as compilers do).
     pub column: Option<usize>,
-    /// What is wrong.
+    /// The kind of the problem.
     pub kind: ProblemKind,
 }
 

@@ -67,7 +67,7 @@ pub struct FollowerInspection {
     pub max_gap_s: f64,
     /// The segments that a calibration can use, in the order of time; empty if it would refuse the follower.
     pub segments: Vec<Stretch>,
-    /// Why it would.
+    /// The reason for a refusal.
     pub refused: Option<String>,
 }
 
@@ -252,7 +252,7 @@ fn refusal(error: &PrepareError) -> Option<String> {
     (!known).then(|| error.to_string())
 }
 
-/// What looks wrong.
+/// Warnings about the recording.
 fn warnings(
     rows: usize,
     sampling: &Sampling,

@@ -141,10 +141,10 @@ impl fmt::Display for Remedy {
 /// One fault of the data.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// What it is.
+    /// Its kind.
     #[serde(rename = "name")]
     pub kind: FindingKind,
-    /// Whose signal.
+    /// The car of the signal.
     pub car: Who,
     /// `speed`, `gap` or `time`.
     pub signal: &'static str,

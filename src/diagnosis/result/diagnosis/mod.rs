@@ -74,10 +74,10 @@ pub struct CauseEntry {
 pub struct NotTriedEntry {
     /// Its name.
     pub name: String,
-    /// Why.
+    /// The reason.
     #[serde(default)]
     pub reason: String,
-    /// What the data lack, if that is why.
+    /// The missing data, if that is the reason.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub needs: Option<String>,
     /// The remedy.
@@ -393,7 +393,7 @@ pub struct Outcome {
     pub schema_version: u32,
     /// The verdict.
     pub verdict: Verdict,
-    /// Why.
+    /// The reason.
     pub reason: String,
     /// Adopted causes in order; for `ambiguous` the best one first.
     pub causes: Vec<CauseEntry>,

@@ -9,7 +9,7 @@ use std::time::Instant;
 /// Evaluations reserved for the exact scores of the points of a search when it is stopped.
 pub const LAST: usize = 16;
 
-/// The books of a replicate.
+/// The record of a replicate.
 pub struct Record<'a> {
     pub settings: &'a Calibration,
     pub number: u64,

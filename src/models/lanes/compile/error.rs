@@ -21,7 +21,7 @@ pub enum LanesError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What it is.
+        /// The construct.
         construct: String,
         /// The line as written.
         code: String,

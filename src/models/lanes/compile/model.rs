@@ -60,7 +60,7 @@ pub struct Model {
     pub steps: [StepCode; 2],
     /// Computes the spacing at a sample before the first simulated one, from `perceived`.
     pub start: Vec<Step>,
-    /// Where that spacing is.
+    /// The row of that spacing.
     pub start_s: Row,
     /// True if a candidate perceives the current sample.
     pub undelayed: bool,

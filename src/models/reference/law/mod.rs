@@ -11,7 +11,7 @@ pub struct Seen<'a> {
     pub p: &'a Parameters,
     /// The law's own parameters, in the order of its file; those of the paper's table are not among them.
     pub own: &'a [f64],
-    /// What is perceived.
+    /// The perceived values.
     pub x: Perceived,
     /// Present own speed, which is not delayed \[m/s\].
     pub v_f: f64,
