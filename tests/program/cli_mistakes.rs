@@ -199,7 +199,9 @@ fn simulate_takes_the_folder_and_counts_the_results() {
     succeeds(&["simulate", pair(), "--result", text(&out)]);
     let two = ["--result", text(&out), "--result", text(&out)];
     let message = fails(2, &[&["simulate", pair(), "--platoon"][..], &two].concat());
-    assert!(message.contains("--result is given 2 times; expected one, because ") && message.contains("has 1 follower"));
+    assert!(
+        message.contains("--result is given 2 times; expected one, because ") && message.contains("has 1 follower")
+    );
     let message = fails(2, &[&["simulate", pair()][..], &two].concat());
     assert!(message.contains("--platoon simulates all"), "{message}");
 }

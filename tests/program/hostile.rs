@@ -61,7 +61,11 @@ fn a_result_that_contradicts_itself_is_refused() {
         ),
         ("missing", |r| drop(r["parameters"].as_object_mut().unwrap().remove("v_0")), "parameter v_0 is missing"),
         ("bounds", |r| drop(r["bounds"].as_object_mut().unwrap().remove("v_0")), "bounds: v_0 is missing"),
-        ("extension", |r| r["extensions"] = json!([{"name": "none"}]), "extension none: no built-in extension has this name"),
+        (
+            "extension",
+            |r| r["extensions"] = json!([{"name": "none"}]),
+            "extension none: no built-in extension has this name",
+        ),
     ];
     let (file, fit) = (calibrated().join("platoon.csv"), calibrated().join("fit"));
     let result: Value = serde_json::from_slice(&fs::read(fit.join("result.json")).unwrap()).unwrap();
