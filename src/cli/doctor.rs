@@ -62,7 +62,7 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
         text += &wrapped(
             0,
             0,
-            "No GPU adapter found: neither Vulkan, Metal nor DirectX 12 offers one. leadlag works without; its fast CPU \
+            "No GPU adapter found: neither Vulkan, Metal nor DirectX 12 offers one. leadlag works without one; its fast CPU \
              evaluator (--evaluator lanes) needs no driver.",
         );
         text += "\nTo use a GPU, install its manufacturer's driver. To try the GPU evaluator\nwithout a GPU, install a \

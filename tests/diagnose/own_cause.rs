@@ -168,7 +168,7 @@ fn what_could_not_be_tried_is_listed_with_its_reason() {
     let expected = [
         ("broken", "gives no finite result at any size tried"),
         ("late", "the data give no start value for v_on"),
-        ("fixed", "has no parameter to be fitted"),
+        ("fixed", "has no parameter to fit"),
         // A pair file of two cars has no car further ahead.
         ("multi_anticipation", "needs the speed of the car ahead of the preceding vehicle"),
     ];

@@ -51,8 +51,8 @@ impl FindingKind {
             FindingKind::Exchanged | FindingKind::Unit | FindingKind::TooFast | FindingKind::TimeUnit => {
                 "all parameters are meaningless"
             }
-            FindingKind::Dropout => "a_max and a_min follow values that were not driven",
-            FindingKind::Spike => "t_h, a_max and d_0 follow values that were not driven",
+            FindingKind::Dropout => "a_max and a_min follow values that never occurred",
+            FindingKind::Spike => "t_h, a_max and d_0 follow values that never occurred",
             FindingKind::Resampled => "a_max, a_min and delays reproduce the sampling steps",
             FindingKind::Smoothed => "fast reactions are cut off, and lags look longer",
             FindingKind::Quantised => "a_max, a_min and scores with the acceleration follow the steps of the sensor",

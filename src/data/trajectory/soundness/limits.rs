@@ -28,7 +28,7 @@ crate::numbers! {
     held_change = 1.0, "m", "Or the speeds imply that it changed by more meanwhile";
     held_matters = 0.01, "-", "Share of held or filled-in samples from which they bias parameters";
     coloured = 0.42, "-", "Autocorrelation of third differences beside that of white noise: sensors have up to 0.36";
-    noise_rate = 8.0, "Hz", "In files of a lower rate driving leaves as much in third differences as the noise of sensors";
+    noise_rate = 8.0, "Hz", "In files of a lower rate, driving contributes as much to third differences as sensor noise";
     slow_rate = 2.0, "Hz", "A signal of a lower rate than this contains too little about accelerations";
     held_rate = 5.5, "Hz", "Highest rate of a held signal that matters: at 5 Hz it moves a_min by 6 %";
     coarse_speed = 0.2, "m/s", "Larger steps of a speed are visible in the acceleration: km/h without decimals";

@@ -58,7 +58,7 @@ impl fmt::Display for Untried {
             Untried::Conflict(conflict) => conflict.fmt(f),
             Untried::Data(CaseError::Missing { what, .. }) => write!(f, "needs {what}"),
             Untried::Data(error) => error.fmt(f),
-            Untried::NoStart { parameters } if parameters.is_empty() => f.write_str("has no parameter to be fitted"),
+            Untried::NoStart { parameters } if parameters.is_empty() => f.write_str("has no parameter to fit"),
             Untried::NoStart { parameters } => {
                 write!(f, "the data give no start value for {}", parameters.join(", "))
             }
