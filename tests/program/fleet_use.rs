@@ -119,7 +119,7 @@ fn each_pair_has_a_result_on_demand() {
     ok(&["report", text(&fleet), "--out", text(&fleet.with_file_name("fleet.html"))]);
 }
 
-/// A law that collides on held-back data ranks last, however few its parameters are, and the table says so.
+/// A law that collides on held-back data ranks last, however few parameters it has, and the table reports this.
 #[test]
 fn a_law_that_collides_on_what_was_held_back_is_not_chosen() {
     let folder = scratch("fleet_use", "collides");

@@ -29,7 +29,7 @@ fn the_scripts_say_what_slurm_needs() {
         )
     );
     let [array, merge] = scripts(&study);
-    // 24 tasks of 600 s, on jobs of 2 cores that take 30 min: 4 jobs; allowed are three times as much and 10 min.
+    // 24 tasks of 600 s, on jobs of 2 cores that take 30 min: 4 jobs. The time limit is three times as much and 10 min.
     let name = "plan";
     let expected = [
         &format!("--job-name={name}"),

@@ -118,7 +118,7 @@ fn folders(out: &Path, loaded: &[Loaded]) -> Vec<PathBuf> {
         }
         let numbered = (2..).map(|k| format!("{name}_{k}"));
         let free = std::iter::once(name.clone()).chain(numbered).find(|n| !names.contains(n));
-        names.push(free.expect("one of endlessly many numbers is free"));
+        names.push(free.expect("one of infinitely many numbers is free"));
     }
     names.iter().map(|name| out.join(name)).collect()
 }

@@ -62,7 +62,7 @@ struct CaseForm {
 pub(super) struct Local {
     /// Positions of the searched parameters in the space.
     pub(super) free: Vec<usize>,
-    /// First derivatives of the score by shares of the ranges, 0 where the parameter lies on a bound, and second ones.
+    /// First derivatives of the score by shares of the ranges, 0 if the parameter lies on a bound, and second ones.
     gradient: DVector<f64>,
     curvature: DMatrix<f64>,
     /// Covariance of the gradient by the noise of the drives, and its value if all residuals were independent.

@@ -83,7 +83,7 @@ impl<'a> Follower<'a> {
         [x, 0.0, 0.0, self.car.initial_gap, 0.0, 0.0]
     }
 
-    /// Spacing, own speed and speed ahead as sensors and delay present them, and how fast the filtered values follow.
+    /// Spacing, own speed and speed ahead after sensors and delay, and the rates of the filtered values.
     fn perceive(&self, t: f64, state: &[f64; 6], own: &History) -> (Seen, [f64; 2]) {
         let e = self.effects;
         let seen_at = t - self.tau_p;

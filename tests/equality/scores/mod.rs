@@ -51,7 +51,7 @@ struct Judged {
     variant: Variant,
     follower: usize,
     candidate: usize,
-    /// Condition number; infinite where a small change of the parameters changes how the run ends.
+    /// Condition number; infinite if a small change of the parameters changes how the run ends.
     condition: f64,
     /// By the reference.
     exact: Score,

@@ -138,7 +138,7 @@ fn residual(gap: &[f64], integrated: &[f64], x_f: &[f64], anchor: &str) -> Note 
     }
 }
 
-/// Slope of the least-squares line of `y` over `x`; 0 where `x` does not move.
+/// Slope of the least-squares line of `y` over `x`; 0 if `x` does not change.
 pub(in crate::trajectory) fn slope(x: &[f64], y: &[f64]) -> f64 {
     let n = x.len() as f64;
     let (x_mean, y_mean) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);

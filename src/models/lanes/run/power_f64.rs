@@ -8,7 +8,7 @@ use super::binary::double::{EXP, LOG, parts, scale};
 use super::binary::{Aligned, horner_fused};
 use std::hint::black_box;
 
-/// Writes x[i] to the power of y[i] into `out`; 0 where x is not a normal number above 0.
+/// Writes x[i] to the power of y[i] into `out`; 0 if x is not a normal number above 0.
 #[inline(always)]
 pub fn power_block<const L: usize>(x: &[f64; L], y: &[f64; L], out: &mut [f64; L]) {
     let mut part = Aligned([0.0; L]);
