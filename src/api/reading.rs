@@ -232,7 +232,7 @@ impl Reading {
             None => None,
             Some((_, Ok(Some(found)))) => Some(found),
             Some((variant, Ok(None))) => {
-                anyhow::bail!("variant {variant} needs the vehicle, and there is none of the name `{}`", longest.name)
+                anyhow::bail!("variant {variant} needs the vehicle, but no vehicle has the name `{}`", longest.name)
             }
             Some((_, Err(error))) => return Err(error),
         };
@@ -347,7 +347,7 @@ impl Reading {
         if vehicle.is_none() && variant.needs_vehicle() {
             let Trajectory { source, name, follower, .. } = trajectory;
             let message = format!(
-                "{}: variant {variant} needs the vehicle of follower {follower}, and there is none of the name `{name}`; give --vehicle \
+                "{}: variant {variant} needs the vehicle of follower {follower}, but no vehicle has the name `{name}`; give --vehicle \
                  NAME or FILE#NAME (`leadlag list vehicles`)",
                 source.path
             );
@@ -400,7 +400,7 @@ impl Reading {
             if one != other {
                 warn(format!(
                     "{path}: {one} drives until {before:.1} s and {other} after, as the file says: two drivers, each a separate segment; \
-                     --to {before:.3} or --from {after:.3} takes one of them"
+                     --to {before:.3} or --from {after:.3} selects one of them"
                 ));
             }
         }

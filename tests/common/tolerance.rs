@@ -65,7 +65,7 @@ pub const WHOLE_RUN: f64 = 1e-9;
 /// [`AMPLIFIED`]. For a linear controller with gains of 5/s² and no lag, no smaller value is possible.
 pub const NUDGE: f64 = 1e-13;
 
-/// See [`NUDGE`]; a run of 9000 steps makes ten thousands of roundings of 1e-16, and four nudges do not find the worst.
+/// See [`NUDGE`]; a run of 9000 steps makes tens of thousands of roundings of 1e-16, and four nudges do not find the worst.
 pub const AMPLIFIED: f64 = 1000.0;
 
 /// Relative, one part alone, beside the changes of the reference if its arguments move by as much, one after the other: where

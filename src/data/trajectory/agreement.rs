@@ -67,7 +67,7 @@ pub(super) fn gap_column(number: usize, layout: Layout) -> String {
 mod tests {
     use super::*;
 
-    /// A minute behind a car that is faster by the sine, with the gap as a sensor measures it.
+    /// A minute behind a car whose speed differs by a sine, with the gap as a sensor measures it.
     fn drive(dt: f64, sensor: impl Fn(usize, f64) -> f64) -> (Vec<f64>, Vec<f64>, Vec<f64>) {
         let t: Vec<f64> = (0..(60.0 / dt) as usize).map(|i| i as f64 * dt).collect();
         let gap = t.iter().enumerate().map(|(i, t)| sensor(i, 30.0 - 2.0 * (0.5 * t).cos())).collect();
