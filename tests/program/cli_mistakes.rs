@@ -71,7 +71,7 @@ fn the_nearest_name_is_suggested_here_too() {
 fn a_variant_that_needs_a_vehicle_says_so_in_one_way() {
     for variant in ["idm+mfc", "idm+nonlinear"] {
         let expected = format!(
-            "error: {}: variant {variant} needs the vehicle of follower 1, and there is none of the name `follower`; give --vehicle NAME \
+            "error: {}: variant {variant} needs the vehicle of follower 1, but no vehicle has the name `follower`; give --vehicle NAME \
              or FILE#NAME (`leadlag list vehicles`)\n",
             pair()
         );
