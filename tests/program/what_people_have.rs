@@ -76,7 +76,7 @@ fn a_car_above_the_bound_of_v_0_is_told_before_the_search() {
     let (file, bounds) = (folder.join("pair.csv"), folder.join("bounds.toml"));
     let (done, said) = calibrate(&[text(&file)], &[], &folder.join("fit"));
     assert!(
-        done && said.contains("the follower drives up to 43.0 m/s") && said.contains("up to 35 m/s only"),
+        done && said.contains("the follower drives up to 43.0 m/s") && said.contains("up to 35 m/s: the model"),
         "{said}"
     );
     let (_, said) = calibrate(&[text(&file)], &["--bounds", text(&bounds)], &folder.join("wide"));
