@@ -37,7 +37,7 @@ def table(head: list[str], rows: list[list[str]]) -> str:
 
 
 def said(car: str, base: str) -> str:
-    """What the text of a diagnosis says first."""
+    """The first sentence of the text of a diagnosis, without the descriptions of the causes."""
     lines = (results / f"{car}_{base}.txt").read_text().split("\n\n")[0].splitlines()[1:]
     sentences: list[str] = []
     for line in lines:
@@ -45,7 +45,8 @@ def said(car: str, base: str) -> str:
             sentences[-1] += line[1:]
         else:
             sentences.append(line)
-    return sentences[0]
+    return re.sub(r" \(these data[^)]*\)", "", re.sub(r" \([^();]*; ", " (", sentences[0]))
+
 
 
 def names() -> str:

@@ -84,7 +84,7 @@ const SAMPLE_WORDS: u32 = select(3u, 4u, WORLD);
 const AT_LOOK_BACK: u32 = PARAMETERS + 4u;
 const AT_OBSERVER: u32 = AT_LOOK_BACK + select(0u, 4u, LOOKS_BACK);
 
-// Status of a run: 0 while it goes well, else the top bit, the kind, and the sample; or DONE after its last sample.
+// Status of a run: 0 while it continues, else the top bit, the kind, and the sample; or DONE after its last sample.
 const DONE = 1u;
 const FAILED: u32 = 0x80000000u;
 const CRASH: u32 = 0u << 28u;
@@ -99,7 +99,8 @@ fn is_finite(x: f32) -> bool {
     return (bitcast<u32>(x) & 0x7f800000u) != 0x7f800000u;
 }
 
-// Entry `at` of `samples`: the sample of a candidate, by the faster way, because most candidates are at the same sample.
+// Entry `at` of `samples`: the sample of a candidate. This is faster than the next function, because most candidates are
+// at the same sample.
 fn sample(at: u32) -> vec4<f32> {
     if (WINDOW) {
         return window[at - chunk.window];

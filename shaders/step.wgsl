@@ -9,8 +9,8 @@ struct Step {
     feasible: bool,
 }
 
-// The order of the paper: spacing policy, controller, dynamics, constraint, then Eq. 1. `dx_l` is the way [m] that the
-// preceding vehicle drives in the step `dt` [s]; m_0 [kg] and phi_f belong to the ego vehicle.
+// The order of the paper: spacing policy, controller, dynamics, constraint, then Eq. 1. `dx_l` is the distance [m] that
+// the preceding vehicle covers in the step `dt` [s]; m_0 [kg] and phi_f belong to the ego vehicle.
 fn step(p: Params, x: Perceived, now: Motion, m_0: f32, phi_f: f32, road: Road, dx_l: f32, dt: f32) -> Step {
     let s_des = desired_spacing(p, x);
     let command = commanded_acceleration(p, x, s_des, now.v_f);

@@ -10,7 +10,8 @@ use std::path::{Path, PathBuf};
 /// The crates below `leadlag`, each a folder of `src`.
 const CRATES: [&str; 3] = ["data", "models", "diagnosis"];
 
-/// Modules that import nothing of the library but their neighbours: they know no cars, or no other module at all.
+/// Modules that import nothing of the library but their neighbours: they are independent of cars, or of all other
+/// modules.
 const ALONE: [(&str, &[&str], &str); 3] = [
     ("judge", &["statistics"], "the tests know numbers only"),
     ("optimize", &[], "the optimisers know no cars"),

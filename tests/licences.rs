@@ -70,7 +70,7 @@ impl<'a> Expression<'a> {
     }
 }
 
-/// Whether one of the alternatives of an SPDX expression consists of allowed licences only.
+/// Whether one of the alternatives of an SPDX expression consists only of allowed licences.
 fn satisfied(expression: &str, allowed: &BTreeSet<&str>) -> Result<bool, String> {
     let spaced = expression.replace('(', " ( ").replace(')', " ) ").replace('/', " / ");
     let mut parse = Expression { tokens: spaced.split_whitespace().collect(), next: 0, allowed };

@@ -23,7 +23,7 @@ use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
-/// A mutant that no test can notice: file below `src/models`, its line as written, the change, and the reason.
+/// A mutant that no test can detect: file below `src/models`, its line as written, the change, and the reason.
 struct Survivor {
     file: &'static str,
     line: &'static str,
@@ -207,7 +207,7 @@ const SURVIVORS: &[Survivor] = &[
         file: "reference/law/acc_milanes.rs",
         line: "(75.0 / v.max(0.0) - 5.0).clamp(0.0, 2.0)",
         change: "0.0 -> 0.01",
-        reason: "both give a margin of 2 m, for the quotient is beyond it",
+        reason: "both give a margin of 2 m, because the quotient is beyond it",
     },
     Survivor {
         file: "reference/law/w99.rs",
@@ -238,7 +238,7 @@ const SURVIVORS: &[Survivor] = &[
 /// The causes of the reference.
 const CAUSES: &str = "reference/extension.rs";
 
-/// A judging run takes up to 0.5 s; a mutant that loops endlessly is stopped after this long, and counts as noticed.
+/// A judging run takes up to 0.5 s; a mutant that loops endlessly is stopped after this long, and counts as detected.
 const PATIENCE: Duration = Duration::from_secs(20);
 
 /// Laws are judged state by state, everything else by all other tests.
@@ -272,7 +272,7 @@ fn passes(judge: &Path, id: usize, tests: &[&str]) -> bool {
     }
 }
 
-/// Returns the mutants that no judging test notices; the test of the causes judges their files first.
+/// Returns the mutants that no judging test detects; the test of the causes judges their files first.
 fn survivors<'a>(judges: &[PathBuf; 2], mutants: &'a [Mutant]) -> Vec<&'a Mutant> {
     let next = AtomicUsize::new(0);
     let found = Mutex::new(Vec::new());

@@ -29,7 +29,7 @@ use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::Instant;
 use text::{Mutant, mutants};
 
-/// A mutant that no test can notice: file, its line as written, the change, and the reason.
+/// A mutant that no test can detect: file, its line as written, the change, and the reason.
 struct Survivor {
     file: &'static str,
     line: &'static str,
@@ -222,7 +222,7 @@ const SURVIVORS: &[Survivor] = &[
         file: "shaders/law/acc_milanes.wgsl",
         line: "return clamp(75.0 / max(v, 1.0) - 5.0, 0.0, 2.0);",
         change: "1.0 -> 1.0 * 1.01",
-        reason: "both give a margin of 2 m, for the quotient is beyond it",
+        reason: "both give a margin of 2 m, because the quotient is beyond it",
     },
     Survivor {
         file: "shaders/law/acc_milanes.wgsl",
@@ -446,7 +446,7 @@ fn compare(survivors: &[&Mutant], left: &[Mutant], listed: &[Survivor]) {
     }
 }
 
-/// Mutants that cannot be noticed, of the files that only a GPU runs unchanged.
+/// Undetectable mutants of the files that only a GPU runs unchanged.
 const SURVIVORS_ON_GPU: &[Survivor] = &[
     Survivor {
         file: "shaders/kernel.wgsl",

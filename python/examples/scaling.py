@@ -3,7 +3,7 @@
     python examples/scaling.py --workers 1,2,4
 
 Drives are synthetic. The first row is the command line in one process with one thread; the others are Dask workers with one thread each. Times
-are those of the computation: the cluster is there before they begin. Needs distributed.
+are those of the computation: the cluster exists before they start. Needs distributed.
 """
 
 from __future__ import annotations

@@ -177,7 +177,7 @@ def calibrate(drive: Any, model: ModelLike, *, progress: bool = True, **options:
     - ``bounds``: ``"acc"`` (the paper's, the default), ``"human"``, the path of a TOML file, ``{"v_0": (25, 40)}``, where one number fixes a parameter,
       or several of these in a list, of which the later replace the earlier;
     - ``fix``: values of parameters that are not searched, by name; within the bounds that a file or a mapping gives;
-    - ``gof``: what is minimised, such as ``"nrmse-sva"`` (the default) or ``"rmse-s"``;
+    - ``gof``: the measure to minimise, such as ``"nrmse-sva"`` (the default) or ``"rmse-s"``;
     - ``convention``: ``"paper"`` or ``"authors"``;
     - ``optimizer``: ``"auto"``, ``"ga"``, ``"lshade"`` or ``"cmaes"``;
     - ``seed`` (1), ``replicates`` (1), ``max_evaluations`` (300000 simulations);
@@ -213,14 +213,13 @@ def calibrate_all(
     ``layout`` explains; or the path of a file or folder, or several. ``models``: one or several. ``progress``: whether a bar is shown.
 
     ``holdout``: hold back this share of each drive, its end, above 0 and below 1. It is scored and not calibrated on: columns ``heldout_score``, ... Several models
-    have ``expected_score`` without it, the score expected on another drive of the same driver; compare models by these, and not by ``score``, which
-    the larger of two nested models always has lower.
+    have ``expected_score`` without it, the score expected on another drive of the same driver; compare models by these, and not by ``score``, which is always lower for the larger of two nested models.
 
     Settings are those of :func:`calibrate`, options of reading those of :func:`read` without ``follower`` and ``name``. A search takes 2000 simulations per
     parameter unless ``max_evaluations`` says otherwise.
 
     Returns a table like the one that was given, else of pandas, else a dictionary of columns: ids, scores, parameters with units in their names, ends
-    of their intervals, and in ``reason`` why a pair has none. Ctrl-C returns the rows that are there, with a warning.
+    of their intervals, and in ``reason`` why a pair has none. Ctrl-C returns the finished rows, with a warning.
     """
     settings, reading = _chosen(options, SETTINGS, _native.READING)
     return table_like(_each_pair(pairs, _several(models), holdout, progress, settings, reading), pairs)

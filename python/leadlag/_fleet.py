@@ -37,8 +37,7 @@ class Fleet:
 
     ``pairs``, ``models``, ``holdout``, ``progress`` and the options are those of :func:`calibrate_all`, and so are the numbers.
 
-    ``fleet["D03"]`` is the :class:`Fit` of a driver. A driver goes by the id of his trajectory, else the name of his car, else that of
-    his file, or ``"pair 3"`` where several files have one name.
+    ``fleet["D03"]`` is the :class:`Fit` of a driver. The name of a driver is the id of the trajectory, else the name of the car, else that of / the file, or ``"pair 3"`` if several files have the same name.
     """
 
     def __init__(
@@ -84,9 +83,9 @@ class Fleet:
         return table_like(self._columns, self._like)
 
     def fit(self, driver: str, model: str | None = None) -> _native.Fit:
-        """The :class:`Fit` of a driver, with the parameters of his row; ``model`` by its name, where there are several.
+        """The :class:`Fit` of a driver, with the parameters of its row; ``model`` by its name, if there are several.
 
-        With ``holdout`` it is of the part that was calibrated on. It is made at the first call, which takes the time of one calibration.
+        With ``holdout`` it covers the calibrated part. The first call takes the time of one calibration.
         """
         row = self._row(driver, model)
         key = (row, self._columns["model"][row])
@@ -121,8 +120,7 @@ class Fleet:
         return table_like({name: list(values) for name, values in zip(("driver", "model", "score"), zip(*rows))}, self._like)
 
     def plot(self, model: str | None = None) -> Any:
-        """Parameters of the drivers with their 95 % intervals, drawn by matplotlib; returns the figure. ``model`` by its name, where there are
-        several. A parameter without an interval is an empty circle: the drive does not determine it."""
+        """Parameters of the drivers with their 95 % intervals, drawn by matplotlib; returns the figure. ``model`` by its name, if there are / several. A parameter without an interval is an empty circle: the drive does not determine it."""
         from ._show import forest
 
         name = self._model(model)
@@ -217,7 +215,7 @@ def compare(fits: Any, on: Any, **reading: Any) -> Any:
     Columns: ``drive``, ``fit``, ``nrmse_sva``, ``nrmse_s``, ``nrmse_v``, ``nrmse_a``, ``rmse_s`` [m], ``rmse_v`` [m/s], ``rmse_a`` [m/s²] and ``ended``, which
     says why a run ended early; its scores are NaN. The table is of pandas, else a dictionary of columns.
 
-    A warning names fits that were calibrated on one of the drives. Of many drivers, :class:`Fleet` compares models with what is noise.
+    A warning names fits that were calibrated on one of the drives. For many drivers, :class:`Fleet` compares models and allows for noise.
     """
     named: list[tuple[str, _native.Fit]]
     named = list(fits.items()) if isinstance(fits, Mapping) else [(fit.model, fit) for fit in fits]
@@ -238,7 +236,7 @@ def compare(fits: Any, on: Any, **reading: Any) -> Any:
 
 
 def _has_seen(fit: _native.Fit, drive: Drive) -> bool:
-    """Whether a fit was calibrated on most of the samples of a drive, or of what it was calibrated on is in it."""
+    """Whether a fit was calibrated on most samples of a drive, or the drive has most of the calibrated samples."""
 
     def samples(of: Drive) -> set[tuple[float, ...]]:
         return set(zip(of.time.tolist(), of.speed.tolist(), of.lead_speed.tolist()))

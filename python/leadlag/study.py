@@ -439,7 +439,7 @@ def _pairs(models: Sequence[Model], settings: Settings, reading: dict[str, Any],
 
 def _main() -> int:
     """That process: runs the call of the folder, and writes the answer there."""
-    # The pipe ends with the worker, however that ends.
+    # The pipe closes with the worker, however the worker ends.
     threading.Thread(target=lambda: (os.read(0, 1), os._exit(1)), daemon=True).start()
     try:
         answer = pickle.loads(Path("call").read_bytes())()

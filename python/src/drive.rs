@@ -113,9 +113,9 @@ impl Drive {
 ///
 /// Options, each a keyword:
 ///
-/// - `name`: the drive's name, where the file has none;
+/// - `name`: the drive's name, if the file has none;
 /// - `columns`: a column map: the name of a built-in one, a TOML file, or a mapping such as `{"time": "t", "speed": ("v", "km/h"), "lead_speed":
-///   ("v_lead", "km/h"), "gap": "gap"}`, in SI units where there is no other; it may be a whole map with `rows` and `columns`;
+///   ("v_lead", "km/h"), "gap": "gap"}`, in SI units unless it names others; it may be a whole map with `rows` and `columns`;
 /// - `layout`: by default detected from the header;
 /// - `trajectory`: an id, in files that hold several; `segment`: from 1, between long gaps, by default the longest;
 /// - `start` and `end`: times as in the file [s];
@@ -223,7 +223,7 @@ impl Drive {
         PyArray1::from_slice(py, self.inner.position())
     }
 
-    /// Position of the preceding vehicle [m], of its rear bumper where its length is not known, shape (samples,).
+    /// Position of the preceding vehicle [m], of its rear bumper if its length is unknown, shape (samples,).
     #[getter]
     fn lead_position<'py>(&self, py: Python<'py>) -> Bound<'py, PyArray1<f64>> {
         PyArray1::from_slice(py, self.inner.lead_position())

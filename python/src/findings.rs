@@ -107,7 +107,7 @@ impl Findings {
         done(py, move || leadlag::cli::save_findings(&findings, &folder))
     }
 
-    /// The HTML report: written to a file where a path is given, else shown in a notebook.
+    /// The HTML report: written to a file if a path is given, else shown in a notebook.
     #[pyo3(signature = (path=None))]
     fn report<'py>(slf: &Bound<'py, Self>, path: Option<PathBuf>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("leadlag._show")?.call_method1("report", (slf, "diagnosis.json", path))

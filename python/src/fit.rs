@@ -103,7 +103,7 @@ impl Fit {
         of_result(slf, "evaluations")
     }
 
-    /// Correlations of the parameters among candidates that are nearly as good as the best, as a pandas DataFrame; None where the search met too few.
+    /// Correlations of the parameters among candidates that are nearly as good as the best, as a pandas DataFrame; None if the search found too few.
     #[getter]
     fn correlation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         of_result(slf, "correlation")
@@ -158,7 +158,7 @@ impl Fit {
         done(py, move || leadlag::cli::save(&fit, &drives.iter().collect::<Vec<_>>(), &folder))
     }
 
-    /// The HTML report: written to a file where a path is given, else shown in a notebook.
+    /// The HTML report: written to a file if a path is given, else shown in a notebook.
     #[pyo3(signature = (path=None))]
     fn report<'py>(slf: &Bound<'py, Self>, path: Option<PathBuf>) -> PyResult<Bound<'py, PyAny>> {
         slf.py().import("leadlag._show")?.call_method1("report", (slf, "result.json", path))

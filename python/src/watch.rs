@@ -32,7 +32,7 @@ impl Watch {
         }
     }
 
-    /// True once the work is to end.
+    /// True once the work must end.
     pub fn stopped(&self) -> bool {
         self.stop.load(Ordering::Relaxed)
     }

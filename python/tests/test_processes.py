@@ -149,7 +149,7 @@ def test_ctrl_c_ends_one_of_a_thousand_replicates(long: ll.Drive, options: dict[
 
 @pytest.mark.skipif(os.name == "nt", reason="signals of POSIX")
 def test_ctrl_c_ends_what_goes_before_a_joint_search() -> None:
-    # Whether they are of one driver takes as long as many searches; nothing is found by then.
+    # The test for one driver takes as long as many searches, so there is no result by then.
     drives = [ll.synthetic(seed=seed, duration=600) for seed in range(1, 11)]
     assert seconds_after_ctrl_c(lambda: ll.calibrate(drives, "idm", progress=False), 1) < 1
 

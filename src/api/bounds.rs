@@ -58,14 +58,14 @@ pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str
             format!("{acc}, although the file says that a human drives; --bounds human is for human drivers")
         }
         None if followers.iter().any(|(_, driver)| driver.is_some_and(is_controller)) => {
-            format!("{acc}, for the file says who drives")
+            format!("{acc}, because the file says who drives")
         }
         None if followers.iter().any(|(_, driver)| driver.is_some()) => {
             format!(
                 "{acc}, because the file names drivers, but not whether they are human; use --bounds human for human drivers"
             )
         }
-        None => format!("{acc}, for the follower is known as a car with adaptive cruise control"),
+        None => format!("{acc}, because the follower is known as a car with adaptive cruise control"),
         Some(_) => format!("{acc}, because the driver is unknown; use --bounds human for human drivers"),
     }
 }

@@ -256,7 +256,7 @@ impl Calibration {
         once(loaded.iter().map(|one| &one.trajectory))?;
         let prepared = self.prepare(&loaded)?;
         let mut evaluator = self.build(&prepared.reference)?;
-        // Work beside the search is stopped as the search is, and tells of no progress of its own.
+        // Work beside the search stops with the search, and reports no progress.
         let mut last = Progress { replicate: 0, evaluations: 0, best: None };
         let asked = Mutex::new(&mut *progress);
         let stop = || asked.lock().unwrap_or_else(PoisonError::into_inner)(last).is_break();
@@ -368,7 +368,7 @@ impl Calibration {
         Ok(self.selection.build(cases, self.gof, work, self.warn)?)
     }
 
-    /// That the drives are hardly of one driver, in words.
+    /// A warning that the drives hardly have one driver.
     pub(crate) fn apart(
         &self,
         prepared: &Prepared,

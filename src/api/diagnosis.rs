@@ -88,7 +88,7 @@ pub(crate) struct Loading {
     pub(crate) data_only: bool,
 }
 
-/// What is diagnosed.
+/// The drives of a diagnosis.
 #[derive(Debug)]
 pub(crate) struct Loaded {
     pub(crate) train: Vec<Diagnosed>,
@@ -211,7 +211,7 @@ fn drives(picked: &Picked) -> anyhow::Result<Vec<Diagnosed>> {
     Ok(drives)
 }
 
-/// Progress \[0 to 1\] at which the likelihood is done, and at which the race is.
+/// Progress \[0 to 1\] at the end of the likelihood and at the end of the race.
 const INFERRED: f64 = 0.3;
 /// See [`INFERRED`].
 const RACED: f64 = 0.95;
@@ -368,7 +368,7 @@ impl Diagnosis {
     pub fn cause(mut self, name: &str, text: &str) -> Result<Diagnosis, Error> {
         let own = read_extension(name, text).map_err(anyhow::Error::from)?;
         if self.causes.iter().any(|known| known.name == own.name) {
-            return Err(anyhow::Error::from(Usage(format!("there is a cause {} already", own.name))).into());
+            return Err(anyhow::Error::from(Usage(format!("a cause {} exists already", own.name))).into());
         }
         self.causes.push(own);
         Ok(self)
@@ -484,7 +484,7 @@ impl Findings {
         self.outcome().verdict.into_str()
     }
 
-    /// Why, in a sentence.
+    /// The reason, in a sentence.
     #[must_use]
     pub fn reason(&self) -> &str {
         &self.outcome().reason

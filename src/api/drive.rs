@@ -85,19 +85,19 @@ impl Recording {
     /// The drive of a follower by its number or name, or by the id of its vehicle in a table with a column map; `None`: the only one.
     ///
     /// # Errors
-    /// As [`Recording::follower`], and when several followers could be meant.
+    /// As [`Recording::follower`], and when several followers match.
     pub fn drive(&self, follower: Option<&str>) -> Result<Drive, Error> {
         let mut read = (*self.read).clone();
         let number = self.reading.chosen(&mut read, follower)?;
         let ids = self.reading.ids(&read);
         if let [_, another, ..] = ids.as_slice() {
-            let message = format!("a drive is of one trajectory, but {another} is requested, too");
+            let message = format!("a drive has one trajectory, but {another} is requested, too");
             return Err(anyhow::Error::from(Usage(message)).into());
         }
         let mut warnings = Vec::new();
         let id = ids.first().map(String::as_str);
         let trajectory = self.reading.trajectory_of(&read, number, id, &mut |text| warnings.push(text))?;
-        // A drive of a table of thousands of pairs keeps only its own pair.
+        // A drive from a table of thousands of pairs keeps only its own pair.
         read.platoons.retain(|platoon| trajectory.id.is_none() || platoon.id == trajectory.id);
         let recording = Recording { read: Arc::new(read), reading: Arc::clone(&self.reading) };
         Ok(Drive { recording, trajectory: Arc::new(trajectory), warnings })
@@ -140,7 +140,7 @@ impl Drive {
         Ok(Drive { recording, trajectory: Arc::new(trajectory), warnings: self.warnings.clone() })
     }
 
-    /// The drive, to be read again with faults of its data corrected, if `wanted`.
+    /// The drive; if `wanted`, reading it again corrects faults of its data.
     pub(super) fn corrected(&self, wanted: bool) -> Drive {
         let mut drive = self.clone();
         Arc::make_mut(&mut drive.recording.reading).correct |= wanted;

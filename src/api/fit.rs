@@ -35,7 +35,7 @@ pub struct Simulation {
     /// Simulated acceleration \[m/s²\].
     pub acceleration: Vec<f64>,
     /// Every measure of the error by name, such as `nrmse_sva` or `rmse_s`; those that do not exist for the drive are left out, all of them
-    /// where the run ended early.
+    /// / if the run ended early.
     pub scores: IndexMap<&'static str, f64>,
     /// Why the run ended early: a crash, for example.
     pub ended: Option<String>,
@@ -190,7 +190,7 @@ impl Fit {
     }
 }
 
-/// Model and score, then a parameter a line with its unit and 95 % interval.
+/// Model and score, then one line per parameter with its unit and 95 % interval.
 impl fmt::Display for Fit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         writeln!(f, "{}: {} {:.6}", self.model(), self.result.gof, self.score())?;

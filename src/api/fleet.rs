@@ -29,7 +29,7 @@ const ENDINGS: [&str; 4] = ["csv", "txt", "gz", "parquet"];
 #[derive(Debug, Clone, Default)]
 pub struct Pairs {
     pub(crate) pairs: Vec<Pair>,
-    /// Why files cannot be read, a line each.
+    /// Reasons why files cannot be read, one line each.
     pub(crate) unreadable: Vec<String>,
     /// What files have besides, a line each: pairs that are too short, vehicles without the one ahead.
     pub(crate) left_out: Vec<String>,
@@ -55,12 +55,12 @@ impl Pairs {
         Ok(pairs)
     }
 
-    /// Drives at hand, a pair each.
+    /// Drives in memory, one pair each.
     #[must_use]
     pub fn of_drives(drives: &[&Drive]) -> Pairs {
         let pair = |drive: &&Drive| {
             let trajectory = (*drive.trajectory).clone();
-            // A model that needs the car searches for it and reports its absence.
+            // A model that needs the car looks for it, and reports if it is missing.
             let vehicle = drive.recording.reading.vehicle_of(&trajectory).ok().flatten();
             Pair {
                 file: trajectory.source.path.clone(),
@@ -75,8 +75,8 @@ impl Pairs {
         Pairs { pairs: drives.iter().map(pair).collect(), ..Pairs::default() }
     }
 
-    /// Holds back this share of each drive, its end: it is scored and not calibrated on, and models are compared by it. A drive that is too
-    /// short for two parts cannot be calibrated.
+    /// Holds back this share of each drive, its end: it is scored but not used for calibration, and decides between models. A drive that is
+    /// too short for two parts cannot be calibrated.
     ///
     /// # Errors
     /// When the share is not above 0 and below 1.
@@ -327,7 +327,7 @@ fn distinct(calibrations: &[Calibration]) -> Result<(), Usage> {
         let Some(law) = model.law() else { continue };
         if others().filter_map(Variant::law).any(|other| other.name == law.name && other != law) {
             let name = &law.name;
-            return Err(Usage(format!("there are two laws of the name {name}; give one of the files another name")));
+            return Err(Usage(format!("two laws have the name {name}; rename one of the files")));
         }
     }
     Ok(())

@@ -87,7 +87,7 @@ impl Variant {
         Diagnosis::of_variant(self.0)
     }
 
-    /// Its id in Table 1; none for a law.
+    /// Its id in Table 1; `None` for a law.
     #[must_use]
     pub fn id(&self) -> Option<u32> {
         Some(self.0.id()).filter(|id| *id > 0)

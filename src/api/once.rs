@@ -41,7 +41,7 @@ impl Samples {
         match before.iter().find(|other| self.overlap(other)) {
             None => Ok(()),
             Some(other) if other.to_string() == self.to_string() => {
-                Err(Usage(format!("{self} is given twice, so that it would count twice; give it once")))
+                Err(Usage(format!("{self} is given twice, and would count twice; give it once")))
             }
             Some(other) => {
                 Err(Usage(format!("{self} has samples of {other}, which would count twice; leave one of the two out")))

@@ -23,7 +23,7 @@ pub struct Evaluator {
     inner: Box<dyn Inner>,
     pub(super) prepared: Prepared,
     pub(super) free: Vec<usize>,
-    /// The same cases in f64; made when derivatives are asked for.
+    /// The same cases in f64; made when derivatives are requested.
     pub(super) exact: OnceCell<Lanes>,
     /// The candidates of a call that can be simulated, and their scores.
     population: Population,

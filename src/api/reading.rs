@@ -18,7 +18,7 @@ use std::path::{Path, PathBuf};
 #[derive(Debug, Clone, PartialEq)]
 #[non_exhaustive]
 pub struct Reading {
-    /// Layout of the file; `None`: by its header.
+    /// Layout of the file; `None`: as the header indicates.
     pub layout: Option<Layout>,
     /// Column map of a table of another layout, in place of a layout: the name of one that is built in, or your own file.
     pub columns: Option<String>,
@@ -259,10 +259,7 @@ impl Reading {
             None => None,
             Some((_, Ok(Some(found)))) => Some(found),
             Some((variant, Ok(None))) => {
-                anyhow::bail!(
-                    "variant {variant} needs the vehicle, and there is none of the name `{}`",
-                    trajectory.name
-                )
+                anyhow::bail!("variant {variant} needs the vehicle, but no vehicle has the name `{}`", trajectory.name)
             }
             Some((_, Err(error))) => return Err(error),
         };
@@ -377,7 +374,7 @@ impl Reading {
         if vehicle.is_none() && variant.needs_vehicle() {
             let Trajectory { source, name, follower, .. } = trajectory;
             let message = format!(
-                "{}: variant {variant} needs the vehicle of follower {follower}, and there is none of the name `{name}`; give --vehicle \
+                "{}: variant {variant} needs the vehicle of follower {follower}, but no vehicle has the name `{name}`; give --vehicle \
                  NAME or FILE#NAME (`leadlag list vehicles`)",
                 source.path
             );
@@ -429,8 +426,8 @@ impl Reading {
             };
             if one != other {
                 warn(format!(
-                    "{path}: {one} drives until {before:.1} s and {other} after, as the file says: two drivers, each a segment of its own; \
-                     --to {before:.3} or --from {after:.3} takes one of them"
+                    "{path}: {one} drives until {before:.1} s and {other} after, as the file says: two drivers, each a separate segment; \
+                     --to {before:.3} or --from {after:.3} selects one of them"
                 ));
             }
         }

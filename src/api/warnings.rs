@@ -11,10 +11,10 @@ use crate::symbols::Symbol;
 use crate::trajectory::{Note, Trajectory};
 use crate::wgsl::extension_named;
 
-/// A follower below this share of the lowest v_0 drives far below it.
+/// A follower that never exceeds this share of the lowest v_0 is far below it.
 const FAR_BELOW: f64 = 0.7;
 
-/// A shorter time above v_0 is noise \[s\].
+/// A shorter time above v_0 counts as noise \[s\].
 const ABOVE_S: f64 = 1.0;
 
 /// Warnings about a calibration, one line each.
@@ -53,7 +53,7 @@ fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<Str
     if model.needs_position() {
         return said;
     }
-    // Then positions matter only through the gap that follows from them.
+    // Then positions matter only through the gap derived from them.
     let reads_none = format!("variant {model} reads neither the grade nor the position on the road");
     if reading.lead_start_m.is_some() {
         said.push(format!("--lead-start changes nothing: {reads_none}"));
@@ -112,7 +112,7 @@ fn drivers(overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     said
 }
 
-/// On a level road an extension that acts by the grade has no effect, but the search still gives it a value.
+/// On a level road an extension that acts through the grade has no effect, but the search still gives it a value.
 fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) -> Option<String> {
     let is_level = |l: &&&Trajectory| l.grade.as_ref().is_some_and(|g| g.sin.iter().all(|sin| *sin == 0.0));
     let level: Vec<&Trajectory> = loaded.iter().filter(is_level).copied().collect();
@@ -136,8 +136,8 @@ fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) ->
     Some(format!("{paths}the grade is 0 throughout: {}; give the slope with --grade FILE", idle.join("; ")))
 }
 
-/// A car that never comes near its desired speed does not determine it, and Table 3 is for cars at 30 m/s and more; one that is faster than any
-/// desired speed cannot be followed.
+/// A car that never comes near its desired speed does not determine it, and Table 3 is for cars at 30 m/s and more; the model cannot follow one
+/// that is faster than any desired speed.
 fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     if !model.parameters().contains(&Symbol::v_0) {
         return Vec::new();
@@ -176,8 +176,7 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     if let Some(fastest) = fast.iter().map(|l| highest(l)).reduce(f64::max) {
         let first = fast[0].v_f.iter().position(|v| *v > upper).unwrap_or_default();
         said.push(format!(
-            "{}: the follower drives up to {fastest:.1} m/s (above {upper} m/s from {:.1} s on), but v_0 is searched up to {upper} m/s \
-             only: the model cannot keep up; {}",
+            "{}: the follower drives up to {fastest:.1} m/s (above {upper} m/s from {:.1} s on), but v_0 is searched up to {upper} m/s: the model cannot keep up; {}",
             paths(&fast),
             fast[0].t[first],
             remedy("an upper bound above the driven speeds")

@@ -64,7 +64,7 @@ impl Contender {
         matches!(self, Contender::Gpu(_))
     }
 
-    /// True for the loop that knows one variant only.
+    /// True for the loop that supports only one variant.
     #[must_use]
     pub fn is_native(self) -> bool {
         self.evaluator() == "native"

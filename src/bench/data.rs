@@ -11,7 +11,7 @@ use crate::trajectory::{Grade, Preparation, Recording, Trajectory, import, prepa
 use crate::vehicle::{Mfc, Vehicle};
 use rand::RngExt;
 
-/// Number of samples of the synthetic drive: that of platoon 7 of the AstaZero data, for which earlier speeds were quoted.
+/// Number of samples of the synthetic drive: that of platoon 7 of the AstaZero data, used for earlier measurements.
 const SAMPLES: u32 = 9227;
 
 /// Upper bound of the perception delay \[s\]: Table 3.

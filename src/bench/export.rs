@@ -1,4 +1,5 @@
-//! A case for other programs: `benches/peers` runs the same drive and candidates elsewhere and compares scores and speeds.
+//! A case for other programs: `benches/peers` runs the same drive and candidates in other programs and compares scores and
+//! speeds.
 
 use super::{BenchError, Drive, candidates};
 use crate::catalog::Variant;

@@ -20,7 +20,7 @@ pub struct Goal {
     pub found: Option<f64>,
 }
 
-/// Evaluator, precision, variant, Mcs per core-second. Those of `gpu` hold for lavapipe, software Vulkan.
+/// Evaluator, precision, variant, Mcs per core-second. The goals of `gpu` are for lavapipe, software Vulkan.
 const SPEEDS: [(&str, &str, u32, f64); 7] = [
     ("lanes", "plain", 1, 700.0),
     ("lanes", "f64", 1, 250.0),
@@ -87,7 +87,7 @@ impl Report {
         let lanes =
             self.generations.iter().find(|g| (g.evaluator, g.precision, g.population) == ("lanes", "plain", 100));
         goals.push(Goal {
-            what: "lanes, a generation of 100 beside simulating".to_owned(),
+            what: "lanes, a generation of 100 besides simulation".to_owned(),
             unit: "ms",
             wanted: 0.2,
             at_most: true,

@@ -103,7 +103,7 @@ impl Measurement {
         Ok(())
     }
 
-    /// What came out.
+    /// The result.
     pub fn row(&self) -> Row {
         let mcs = (self.population.len() * self.steps) as f64 / 1e6;
         let on_device = self.contender.evaluator() == "gpu" && !self.adapter().is_some_and(|name| is_software(&name));

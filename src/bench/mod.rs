@@ -96,7 +96,7 @@ pub enum BenchError {
         most: usize,
         /// Number found.
         found: usize,
-        /// Sizes that were asked for.
+        /// The requested sizes.
         sizes: usize,
     },
     /// The timed program fails.
@@ -104,7 +104,7 @@ pub enum BenchError {
     Program {
         /// The program.
         program: String,
-        /// What it said.
+        /// Its output.
         said: String,
     },
     /// Files cannot be written.
@@ -112,7 +112,7 @@ pub enum BenchError {
     Write {
         /// The file.
         path: String,
-        /// Why.
+        /// The cause of the error.
         source: std::io::Error,
     },
 }

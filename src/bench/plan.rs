@@ -36,7 +36,7 @@ const LARGE: [usize; 2] = [32_768, MANY];
 /// Candidates that keep all of a large GPU busy.
 pub(super) const MANY: usize = 262_144;
 
-/// All that was measured.
+/// All measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
     /// The machine.

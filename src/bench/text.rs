@@ -24,7 +24,7 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
     writeln!(text, "{}", textwrap::fill(&adapter, textwrap::Options::new(80).subsequent_indent("          ")))?;
     writeln!(text, "data      {}", report.data)?;
     if let Some(load) = report.machine.load {
-        writeln!(text, "load      {load:.1} processes at the start; figures are steadiest at 0")?;
+        writeln!(text, "load      {load:.1} processes at the start; figures are most stable at 0")?;
     }
     writeln!(text)?;
     writeln!(text, "Mcs        million candidate-steps; {POPULATION} candidates on this drive are {mcs:.1} Mcs")?;
@@ -68,7 +68,7 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
     for what in &report.left_out {
         textwrap::wrap(&format!("not measured: {what}"), 80).iter().try_for_each(|line| writeln!(text, "{line}"))?;
     }
-    // Of several evaluators with the same kernel the first one has compiled it.
+    // Among evaluators with the same kernel, the first one compiles it.
     let mut told = Vec::new();
     for row in report.rows.iter().filter(|r| r.first_dispatch_s > 0.0 && report.shown.contains(&r.variant)) {
         if told.contains(&(row.precision, &row.variant)) {
@@ -83,7 +83,7 @@ fn write_table(text: &mut String, report: &Report) -> std::fmt::Result {
         return Ok(());
     }
 
-    writeln!(text, "\nA generation of an optimiser, 100 candidates, beside simulating")?;
+    writeln!(text, "\nA generation of an optimiser, 100 candidates, besides simulation")?;
     writeln!(text, "(the same calibration on a drive of a few samples)")?;
     let (small, large): (Vec<_>, Vec<_>) = report.generations.iter().partition(|g| g.population == 100);
     for g in small {

@@ -1,9 +1,9 @@
 //! Folders of results that change as a whole: a reader sees files of one result only, at any moment.
 //!
 //! ```text
-//!  NEW/      files are written here; a process that is killed meanwhile has changed nothing
-//!  READY/    NEW renamed, in one step: from here on the change is complete; the next process finishes it if need be
-//!  the old files are removed, then the new ones moved into their places: never an old one beside a new one
+//!  NEW/      files are written here; if the process is killed meanwhile, nothing has changed
+//!  READY/    NEW renamed, in one step: from here on the change is complete; the next process finishes it if necessary
+//!  the old files are removed, then the new ones moved into their places: an old one never lies beside a new one
 //! ```
 //!
 //! Commands that change one folder wait for each other by a lock on it. If folders cannot be locked, two that change one at the same time
@@ -95,7 +95,7 @@ pub fn settle(folder: &Path) -> anyhow::Result<()> {
     if folder.join(READY).exists() { complete(folder, locked(folder).as_ref()) } else { Ok(()) }
 }
 
-/// Completes a change that no process is making now: the holder of the lock is sure of that, and a process without the lock waits.
+/// Completes a change that no process is making now: the holder of the lock can be sure of that; a process without the lock waits.
 fn complete(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
     let began = Instant::now();
     while lock.is_none() && folder.join(READY).exists() && began.elapsed() < PATIENCE {
@@ -107,8 +107,9 @@ fn complete(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
 /// Completes a change that was ready, and removes files of one that was not.
 fn clear(folder: &Path, lock: Option<&File>) -> anyhow::Result<()> {
     complete(folder, lock)?;
-    ignoring_absence(fs::remove_dir_all(folder.join(NEW)))
-        .with_context(|| format!("{}: cannot remove what a killed process has left", folder.join(NEW).display()))
+    ignoring_absence(fs::remove_dir_all(folder.join(NEW))).with_context(|| {
+        format!("{}: cannot remove the files that a killed process has left", folder.join(NEW).display())
+    })
 }
 
 /// Makes the change that is ready, or the rest of it.

@@ -59,7 +59,7 @@ pub struct DataArgs {
     pub lead_start: Option<f64>,
 }
 
-/// What --columns takes.
+/// Help text of --columns.
 pub fn columns_help() -> String {
     let shipped: Vec<&str> = ColumnMap::shipped().iter().map(|(name, _)| *name).collect();
     let shipped = shipped.join(", ");

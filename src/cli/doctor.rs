@@ -25,7 +25,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let choice = args.gpu.clone().map_or(AdapterChoice::Best, AdapterChoice::Named);
     let chosen = match Adapter::choose(&choice) {
         Ok(adapter) => Some(adapter),
-        // Without any adapter the output says what to install.
+        // Without any adapter, the output says what to install.
         Err(EvaluateError::Adapter { .. }) if adapters.is_empty() => None,
         Err(e) => return Err(e.into()),
     };
@@ -62,10 +62,10 @@ fn text(adapters: &[Adapter], found: &[Probe], chosen: Option<&Adapter>) -> Resu
         text += &wrapped(
             0,
             0,
-            "No GPU adapter found: neither Vulkan, Metal nor DirectX 12 offers one. leadlag works without; its fast CPU \
+            "No GPU adapter found: neither Vulkan, Metal nor DirectX 12 offers one. leadlag works without one; its fast CPU \
              evaluator (--evaluator lanes) needs no driver.",
         );
-        text += "\nTo use a GPU, install the driver of its maker. To try the GPU evaluator\nwithout a GPU, install a \
+        text += "\nTo use a GPU, install its manufacturer's driver. To try the GPU evaluator\nwithout a GPU, install a \
                  software driver:\n\n";
         text += "  Debian, Ubuntu   apt-get install mesa-vulkan-drivers libvulkan1\n";
         text += "  Fedora           dnf install mesa-vulkan-drivers vulkan-loader\n";

@@ -65,10 +65,10 @@ pub struct Args {
     out: Option<PathBuf>,
 }
 
-/// Changes to the data that are shown unless all are asked for: of many drives they would hide what went wrong.
+/// Changes to the data that are shown by default; those of many drives would hide errors.
 const NOTES: usize = 10;
 
-/// Rows that are given deserve all digits, and `lanes` in f64 is fast; how many there will be is not known.
+/// Given rows deserve all digits, and `lanes` in f64 is fast; the number of rows is unknown.
 const WORK: Work = Work { candidates: 1, precision: LanesPrecision::F64 };
 
 #[derive(Debug, Clone, Copy, ValueEnum)]
@@ -107,7 +107,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut library = Library::open(args.data.as_deref(), layout, columns, preparation)?;
     let shown = cases.display().to_string();
     let input = File::open(&cases).with_context(|| format!("{shown}: cannot open the cases"))?;
-    // It takes its place when it is complete: it may be the very file that is read.
+    // Replaces the old file when complete, because it may be the file that is being read.
     let mut written = args.out.as_deref().map(output::begin_file).transpose()?;
     let output: Box<dyn Write + '_> = match &mut written {
         Some(file) => Box::new(BufWriter::new(file)),

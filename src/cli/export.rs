@@ -38,7 +38,8 @@ enum Command {
 
 #[derive(Debug, clap::Args)]
 struct SumoArgs {
-    /// Folder that calibrate wrote with --out, or the result.json in it; of a fleet all sound drivers become a vTypeDistribution
+    /// Folder that calibrate wrote with --out, or the result.json in it; for a fleet, all drivers with sound data become a
+    /// vTypeDistribution
     #[arg(value_name = "RESULT")]
     result: PathBuf,
     /// Folder for vtype.add.xml, loss.json, comparison.csv and the files for SUMO [default: RESULT/sumo]
@@ -121,10 +122,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     output::print(&text(&result, &vtype, &export, &place))
 }
 
-/// The drivers of a fleet as types of one distribution; those whose data are doubtful are left out, and named.
+/// The drivers of a fleet as types of one distribution; those with doubtful data are omitted and listed.
 fn fleet(args: &SumoArgs, folder: &Path, asked: Option<Model>) -> anyhow::Result<()> {
     if args.sumo.is_some() {
-        return Err(Usage("--sumo: SUMO is run behind the leader of one result, and not for a fleet".to_owned()).into());
+        return Err(
+            Usage("--sumo: leadlag runs SUMO behind the leader of one result, not for a fleet".to_owned()).into()
+        );
     }
     let (sound, doubtful): (Vec<_>, Vec<_>) =
         fleet_row::of_all(folder)?.into_iter().partition(|(row, _)| row.findings.is_empty());
@@ -139,7 +142,7 @@ fn fleet(args: &SumoArgs, folder: &Path, asked: Option<Model>) -> anyhow::Result
     let mut types = Vec::new();
     for (row, calibrated) in &sound {
         let mut vtype = sumo::export(calibrated, asked).map_err(|error| Usage(error.to_string()))?;
-        // Without the dust of a quotient.
+        // Without the rounding error of a quotient.
         vtype.mean_for((row.step_s * 1e6).round() / 1e6);
         types.push((format!("leadlag_{}_{}", row.pair, part(&row.name)), vtype));
     }
@@ -176,7 +179,7 @@ fn fleet(args: &SumoArgs, folder: &Path, asked: Option<Model>) -> anyhow::Result
     )
 }
 
-/// Of one of several drives.
+/// For one of several drives.
 fn suffix(number: usize, of: usize) -> String {
     if of == 1 { String::new() } else { format!("_{}", number + 1) }
 }
@@ -185,7 +188,7 @@ fn comparison(suffix: &str) -> String {
     format!("comparison{suffix}.csv")
 }
 
-/// Writes the files of the drives of an export to a folder; without one, none.
+/// Writes the files of the drives of an export to a folder, if there is one.
 fn of_export(folder: &Path) -> Vec<String> {
     let count = Export::read(&folder.join(LOSS)).ok().flatten().map_or(0, |export| export.loss.len());
     let of_drive = |number| {

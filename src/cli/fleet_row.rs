@@ -52,8 +52,8 @@ pub fn of_all(folder: &Path) -> anyhow::Result<Vec<(Shown, CalibratedVariant)>> 
     all.into_iter().map(|row| calibrated(folder, &file, &row).map(|variant| (row, variant))).collect()
 }
 
-/// The calibration of a driver: the one of this id, else the one who goes by this file, else the only one; with the model that the fleet
-/// has chosen.
+/// The calibration of a driver: the one with this id, else the one named after this file, else the only one; with the model that the
+/// fleet has chosen.
 pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::Result<CalibratedVariant> {
     let (file, all) = chosen(folder)?;
     let table = folder.join(TABLE);

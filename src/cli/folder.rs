@@ -1,4 +1,4 @@
-//! Folders of results: each holds one result, whole, and no file of another one under the same names.
+//! Folders of results: each holds one complete result, and no file of another one under the same names.
 
 use super::Usage;
 use super::change::{Change, settle};

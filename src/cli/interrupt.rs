@@ -11,7 +11,7 @@ pub fn watch() {
 
 /// The same, with a message on the partial results.
 pub fn watch_saying(then: &'static str) {
-    // Fails only where a handler exists already; Ctrl-C then just ends the program.
+    // Fails only if a handler exists already; Ctrl-C then just ends the program.
     let _ = ctrlc::set_handler(move || ask(130, &format!("\nstopping: {then} (Ctrl-C again ends at once)")));
     #[cfg(unix)]
     watch_termination(then);

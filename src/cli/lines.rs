@@ -9,7 +9,7 @@ const VARIABLE: &str = "LEADLAG_PROGRESS_S";
 /// Often enough to show progress, seldom enough that a day fits a screen or two.
 const EVERY: Duration = Duration::from_secs(60);
 
-/// The lines of one command; none where stderr is a terminal, which has the bar, or with `--quiet`.
+/// The lines of one command; none if stderr is a terminal, which has the bar, or with `--quiet`.
 pub struct Lines {
     every: Option<Duration>,
     last: Instant,

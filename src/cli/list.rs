@@ -40,7 +40,7 @@ enum Topic {
     Variants,
     /// Calibration parameters with units and the bounds of Table 3
     Parameters,
-    /// Built-in laws: base models that are not of the paper
+    /// Built-in laws: base models that are not in the paper
     Laws,
     /// Built-in causes: effects that the base models lack
     Causes,
@@ -120,7 +120,7 @@ fn entry_of_law(law: &Extension) -> Entry {
 fn cause(extension: &Extension) -> Option<Entry> {
     let cause = extension.cause.as_ref()?;
     let parameters = extension.parameters.iter().map(|p| {
-        let Bounds::Fixed(lower, upper) = p.bounds() else { unreachable!("extensions have bounds of their own") };
+        let Bounds::Fixed(lower, upper) = p.bounds() else { unreachable!("extensions have their own bounds") };
         let value = json!({
             "name": p.name(), "unit": p.unit(), "bounds": [lower, upper], "neutral": p.neutral(), "meaning": p.meaning(),
         });

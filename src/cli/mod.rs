@@ -187,7 +187,7 @@ fn given() -> Option<String> {
 pub fn run<Word: Into<OsString> + Clone>(words: impl IntoIterator<Item = Word>) -> u8 {
     let words: Vec<OsString> = words.into_iter().map(Into::into).collect();
     let quoted = words.iter().skip(1).map(|word| demo::quoted(&word.to_string_lossy()));
-    // If a process runs several, the first one counts.
+    // If a process runs several commands, the first one counts.
     let _ = GIVEN.set(std::iter::once("leadlag".to_owned()).chain(quoted).collect::<Vec<_>>().join(" "));
     let cli = match Cli::try_parse_from(words) {
         Ok(cli) => cli,

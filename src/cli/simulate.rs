@@ -82,7 +82,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let followers = if args.platoon { followers(&recording) } else { vec![follower] };
     let ids = reading.ids(&recording);
     let driver = args.follower.as_deref().or(args.data.trajectory.as_deref());
-    // Of a fleet each of several drivers has a row of his own.
+    // Each driver of a fleet has a separate row.
     let drivers = match (ids.as_slice(), args.result.as_slice()) {
         ([_, _, ..], [fleet]) if fleet_row::folder_of(fleet).is_some() => {
             ids.iter().map(|id| (fleet, Some(id.as_str()))).collect()
@@ -101,7 +101,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.result.len() != 1 && args.result.len() != followers.len() {
         let one_each = match (args.platoon, followers.len()) {
             (false, _) => "one, because only one follower is simulated; --platoon simulates all".to_owned(),
-            (true, 1) => format!("one, for {} has 1 follower", args.file.display()),
+            (true, 1) => format!("one, because {} has 1 follower", args.file.display()),
             (true, n) => format!("one for all, or one for each of the {n} followers of {}", args.file.display()),
         };
         let message = format!("--result is given {} times; expected {one_each}", args.result.len());
@@ -144,7 +144,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// What was calibrated; of a fleet, for a driver.
+/// The calibrated model; for a fleet, of one driver.
 fn read(args: &Args, given: &Path, driver: Option<&str>) -> anyhow::Result<Calibrated> {
     if let Some(folder) = fleet_row::folder_of(given) {
         if args.platoon {
@@ -212,7 +212,7 @@ fn load(
     Ok(loaded)
 }
 
-/// A vehicle file that is found from the folder of the result file, but not from here.
+/// A vehicle file that exists relative to the folder of the result file, but not relative to the current one.
 fn beside(vehicle: &str, result: &Path) -> String {
     let Some((table, name)) = vehicle.rsplit_once('#') else { return vehicle.to_owned() };
     let there = result.parent().unwrap_or(Path::new(".")).join(table);

@@ -123,7 +123,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     output::print(&names.iter().map(|name| out.join(name).display().to_string() + "\n").collect::<String>())
 }
 
-/// Writes the files of a drive, which replace those of another one as a whole; returns their names.
+/// Writes the files of a drive, which together replace those of an earlier one; returns their names.
 pub fn write(drive: &Synthetic, out: &Path, pairs: bool) -> anyhow::Result<Vec<String>> {
     let pair = |follower: usize| format!("pair_follower{follower}.csv");
     let mut change = Change::begin(out)?;

@@ -1,4 +1,4 @@
-//! Means, medians, quantiles, rank correlation, in one place. It knows numbers only.
+//! Means, medians, quantiles, rank correlation, in one place. Only numbers.
 
 /// Quantile of values by linear interpolation between the two nearest (R's type 7); `None` without values.
 #[must_use]
@@ -23,7 +23,7 @@ pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
-/// One of the values: the one that this share of them lies below; `None` without values.
+/// The value below which this share of the values lies; `None` without values.
 #[must_use]
 pub fn order_statistic(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
@@ -31,7 +31,7 @@ pub fn order_statistic(values: impl IntoIterator<Item = f64>, share: f64) -> Opt
     Some(*values.select_nth_unstable_by(place, f64::total_cmp).1)
 }
 
-/// The median as one of the values: of an even number, the upper of the two in the middle; `None` without values.
+/// The median as one of the values; of an even number, the upper of the two in the middle; `None` without values.
 #[must_use]
 pub fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     order_statistic(values, 0.5)
@@ -50,7 +50,7 @@ pub fn sum_of_dependent(samples: &[f64]) -> (f64, f64) {
         return (0.0, n as f64);
     }
     let lags = (0..n).step_by(2).map(|lag| at(lag) + at(lag + 1)).take_while(|sum| *sum > 0.0);
-    // Lag 0 is in the sum once, every other one twice.
+    // Lag 0 counts once in the sum, every other lag twice.
     let ratio = ((2.0 * lags.sum::<f64>() - variance) / variance).max(1.0);
     ((variance * ratio).sqrt(), n as f64 / ratio)
 }
@@ -133,7 +133,8 @@ mod tests {
         assert_eq!(median(&[]), None);
     }
 
-    /// Of an autoregressive series of 0.9 the sum varies by (1 + 0.9) / (1 - 0.9) = 19 times as much as of independent samples.
+    /// The sum of an autoregressive series with coefficient 0.9 varies by (1 + 0.9) / (1 - 0.9) = 19 times as much as
+    /// that of independent samples.
     #[test]
     fn dependent_samples_count_for_fewer() {
         let mut state = 1_u64;

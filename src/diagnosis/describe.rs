@@ -95,7 +95,7 @@ pub fn describe(
         Described { series: series(question, &inference.base, lap), runs: base_model.runs(question, compared, &[])? };
     let extended = match &extended_model {
         Some(model) => Some(Described {
-            // The missing acceleration is known of the model that the likelihood fits.
+            // Only the model that the likelihood fits has a known missing acceleration.
             series: if !adopted.is_empty() && model.variant == inference.extended.variant {
                 series(question, &inference.extended, lap)
             } else {
@@ -168,7 +168,7 @@ pub fn describe(
     Ok(found)
 }
 
-/// A gain, or the error: a cause that was found stays found.
+/// A gain, or the error, because a cause that was found remains valid.
 fn settled(measured: Result<Gain, GainError>) -> Result<(Option<Gain>, Option<String>), GainError> {
     match measured {
         Ok(gain) => Ok((Some(gain), None)),

@@ -18,7 +18,8 @@ use rayon::prelude::*;
 
 /// The score on held-back data has no penalty.
 const NONE: Optimism = Optimism { score: 0.0, noise: 0.0 };
-/// Smallest share of the pairs of the most successful model that a model needs for the comparison of means.
+/// Smallest number of pairs that a model needs for the comparison of means, as a share of those of the most successful
+/// model.
 const CONTENDS: f64 = 0.5;
 
 /// Rule of the comparison.
@@ -213,7 +214,7 @@ fn behind(own: &[Difference]) -> Option<Behind> {
     Some(Behind::around(mean, (student(pieces - 1.0) * within).max(between)))
 }
 
-/// Of a score, which may be 0 for a perfect fit.
+/// The logarithm of a score, which may be 0 for a perfect fit.
 fn logarithm(score: f64) -> f64 {
     score.clamp(f64::MIN_POSITIVE, f64::INFINITY).ln()
 }
@@ -265,7 +266,8 @@ fn tested(
         Some((task(pairs, settings, row.place).ok()?, found, optimism.map_or(Some(NONE), |optimism| optimism)?))
     });
     let found: Vec<_> = found.collect();
-    // The noise is that of the drive for every model: errors of one model count as noise if another explains them.
+    // Every model uses the noise of the drive, because errors of one model would count as noise even if another model
+    // explains them.
     let noise = found.iter().map(|(.., optimism)| optimism.noise).fold(f64::INFINITY, f64::min);
     let added = |optimism: &Optimism| optimism.score * if optimism.noise > 0.0 { noise / optimism.noise } else { 1.0 };
     let mut all: Vec<(Tested, Vec<Measures>, f64)> = found

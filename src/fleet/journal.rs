@@ -1,4 +1,4 @@
-//! The finished rows: a line each, after a first one that identifies the fleet.
+//! The finished rows, one line each, after a line that identifies the fleet.
 //!
 //! A process that is killed leaves an incomplete last line; the next process removes it.
 
@@ -33,9 +33,9 @@ pub enum JournalError {
     Io {
         /// The file.
         path: String,
-        /// What was tried.
+        /// The attempted operation.
         doing: &'static str,
-        /// Why.
+        /// The cause of the error.
         source: io::Error,
     },
     /// Another process has it.

@@ -1,7 +1,7 @@
 //! Fleets: every pair of a data set, calibrated separately with one or several models.
 //!
 //! ```text
-//!  pairs --(some at a time)--> calibrate_each --> rows --> journal, as soon as they are there
+//!  pairs --(some at a time)--> calibrate_each --> rows --> journal, as soon as they are finished
 //!                                                   '----> table, in the order of the pairs
 //! ```
 //!
@@ -35,8 +35,8 @@ use sha2::{Digest, Sha256};
 /// Version of the files of a fleet.
 pub const SCHEMA_VERSION: u32 = 1;
 
-/// Simulations of a search per parameter that is searched, unless a number is asked for: of 500 drives of 30 to 60 s with IDM, 99 in 100 then
-/// come within 0.1 % of the best score that ten times as many find (docs/benchmark/fleet.md).
+/// Default number of simulations of a search per searched parameter: of 500 drives of 30 to 60 s with IDM, 99 in 100 then come within 0.1 %
+/// of the best score that ten times as many find (docs/benchmark/fleet.md).
 pub const EVALUATIONS_PER_PARAMETER: u64 = 2_000;
 
 /// A follower behind its leader, as in the data.
@@ -52,9 +52,9 @@ pub struct Pair {
     pub name: String,
     /// Input of a calibration, or why it is missing.
     pub drive: Result<Drive, String>,
-    /// True where nothing can be because the drive is too short.
+    /// True if there is none because the drive is too short.
     pub is_short: bool,
-    /// What is held back of the same driver, and only scored.
+    /// Held-back data of the same driver, only scored.
     pub held: Vec<Drive>,
 }
 
@@ -111,7 +111,7 @@ pub struct Settings {
     pub max_evaluations: Option<u64>,
     /// Whether intervals of the parameters are estimated.
     pub intervals: bool,
-    /// What simulates.
+    /// The choice of the evaluator.
     pub selection: Selection,
 }
 
@@ -129,7 +129,7 @@ pub struct Place {
 /// The calibration of one pair.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Row {
-    /// Which one.
+    /// Its place.
     #[serde(flatten)]
     pub place: Place,
     /// The result, or why there is none.
@@ -144,7 +144,7 @@ pub struct Found {
     pub score: f64,
     /// RMSE of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\].
     pub rmse: [Option<f64>; 3],
-    /// NRMSE of spacing, speed and acceleration; none of a signal that does not vary.
+    /// NRMSE of spacing, speed and acceleration; none for a signal that does not vary.
     pub nrmse: [Option<f64>; 3],
     /// One value per parameter of the model.
     pub parameters: Vec<f64>,
@@ -170,13 +170,13 @@ impl Settings {
         (0..pairs).flat_map(move |pair| (0..models).flat_map(move |model| of_model(pair, model)))
     }
 
-    /// Simulations of the search in a space at most.
+    /// Largest number of simulations of the search in a space.
     #[must_use]
     pub fn most_evaluations(&self, space: &SearchSpace) -> u64 {
         self.max_evaluations.unwrap_or(EVALUATIONS_PER_PARAMETER * space.free().len().max(1) as u64)
     }
 
-    /// What keeps a row of a journal from being one of these calibrations, if anything does.
+    /// The reason why a row of a journal cannot be one of these calibrations, if there is one.
     #[must_use]
     pub fn misfit(&self, row: &Row, pairs: usize) -> Option<String> {
         let Place { pair, model, measure } = row.place;

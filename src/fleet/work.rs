@@ -1,4 +1,4 @@
-//! Calibrates the pairs, some at a time on one evaluator; on a CPU several of these run in parallel.
+//! Calibrates the pairs, some at a time on one evaluator; on a CPU several evaluators run in parallel.
 
 use super::{Drive, Found, Journal, JournalError, Pair, Place, Row, Settings};
 use crate::calibrate::{CalibrateError, Replicate, SearchSpace, bound_times, calibrate_each};

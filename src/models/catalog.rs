@@ -17,7 +17,7 @@ macro_rules! controller_parts {
             Idm, idm, "Eq. 2", [delta, v_0, a_max];
             Gipps, gipps, "Eqs. 4 and 5", [theta, v_0, d_0, t_h, a_max, a_min, a_hat_min];
             Linear, linear, "Eq. 6", [k_s, k_v, k_0, v_0];
-            Law, law, "none: a law of its own, in one WGSL file", [];
+            Law, law, "none: a separate law, in one WGSL file", [];
         }
     };
 }

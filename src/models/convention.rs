@@ -109,7 +109,7 @@ rows! {
 pub struct Row {
     /// Name of the switch.
     pub name: &'static str,
-    /// What it decides.
+    /// Its meaning.
     pub meaning: &'static str,
     /// Value and meaning in the `paper` preset.
     pub paper: (&'static str, &'static str),
@@ -126,13 +126,13 @@ pub enum ConventionError {
         did_you_mean(found, ["paper", "authors"])
     )]
     Preset {
-        /// What was given.
+        /// The given text.
         found: String,
     },
     /// The row does not exist.
     #[error("convention row `{found}`: expected one of {}{}", row_names(), near_row(found))]
     Row {
-        /// What was given.
+        /// The given text.
         found: String,
     },
     /// The row is chosen more than once.
@@ -146,7 +146,7 @@ pub enum ConventionError {
     Value {
         /// The row.
         row: &'static str,
-        /// What was given.
+        /// The given text.
         found: String,
         /// Its value in the paper's preset.
         paper: &'static str,

@@ -47,7 +47,7 @@ pub enum Argument {
 /// A function of a stage.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StageFunction {
-    /// Where it acts.
+    /// Its stage.
     pub stage: Stage,
     /// Its arguments, in order.
     pub arguments: Vec<Argument>,
@@ -140,7 +140,7 @@ pub struct Extension {
     pub reads: Vec<String>,
     /// Parameters of the model that it reads or changes, without its own. A model must have all of them.
     pub model_parameters: Vec<Symbol>,
-    /// What the time loop does for it.
+    /// Its work in the time loop.
     pub needs: LoopNeeds,
     /// True if it gives the spacing of a constant speed (`NAME_equilibrium`); for a law without it, leadlag searches for the spacing.
     pub equilibrium: bool,
@@ -218,7 +218,7 @@ pub enum ExtensionConflict {
         name: String,
     },
     /// A law is not an extension.
-    #[error("{name} is a law, a base model of its own: give it as the model, such as `--model {name}.wgsl`")]
+    #[error("{name} is a law, a separate base model: give it as the model, such as `--model {name}.wgsl`")]
     Law {
         /// Its name.
         name: String,
@@ -263,7 +263,7 @@ pub enum ExtensionConflict {
         name: String,
         /// The parameter.
         parameter: String,
-        /// Whose it is.
+        /// The other extension.
         other: String,
     },
 }

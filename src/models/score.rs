@@ -26,7 +26,7 @@ pub struct SignalMeasures {
     pub rmse: f64,
     /// RMSE over the root mean square of the measured signal (Eq. 18).
     pub nrmse: f64,
-    /// Root mean square of the relative error; NaN where no measured sample is above [`STANDSTILL`].
+    /// Root mean square of the relative error; NaN if no measured sample is above [`STANDSTILL`].
     pub rmspe: f64,
     /// Theil's inequality coefficient.
     pub u: f64,

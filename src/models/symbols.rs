@@ -48,7 +48,7 @@ pub struct ExtensionParameter {
     pub role: Role,
     /// How a diagnosis looks for the cause that it belongs to.
     pub search: SearchKind,
-    /// How its range is searched, unless it is a time.
+    /// The scale of the search in its range, unless it is a time.
     pub scale: Scale,
 }
 
@@ -219,7 +219,7 @@ macro_rules! symbol_table {
                 match self { $(Symbol::$ident => $unit,)* Symbol::Extension(row) => &row.unit }
             }
 
-            /// Its column in a table: the name with its unit, where it has one, such as `v_0_mps`.
+            /// Its column in a table: the name with its unit, if any, such as `v_0_mps`.
             #[must_use]
             pub fn column(self) -> String {
                 let unit = self.unit().replace('²', "2");
@@ -233,7 +233,7 @@ macro_rules! symbol_table {
                 format!("{}_{unit}", self.name())
             }
 
-            /// What it means, in words.
+            /// Its meaning, in words.
             #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self { $(Symbol::$ident => $meaning,)* Symbol::Extension(row) => &row.meaning }
@@ -248,7 +248,7 @@ macro_rules! symbol_table {
                 }
             }
 
-            /// Where the equations make sense.
+            /// The values for which the equations are defined.
             #[must_use]
             pub fn domain(self) -> Domain {
                 match self { $(Symbol::$ident => Domain::$domain,)* Symbol::Extension(row) => row.domain() }
@@ -261,7 +261,7 @@ macro_rules! symbol_table {
             }
         }
 
-        /// One value per symbol; NaN where a variant has no such parameter, so that reading it cannot go unnoticed.
+        /// One value per symbol; NaN if a variant has no such parameter, so that reading it does not go unnoticed.
         #[derive(Debug, Clone, Copy, PartialEq)]
         pub struct Parameters {
             $(#[doc = concat!($meaning, " \\[", $unit, "\\]")] pub $ident: f64,)*
@@ -347,7 +347,7 @@ impl Symbol {
     }
 
     /// Bounds of the start of an event in data from `first` to `last` \[s\]: the data within the event's own bounds. All of the data if
-    /// nothing of them is within, or if their clock begins below 0, because the event's own bounds assume clocks that count from 0.
+    /// none of them is within, or if their clock begins below 0, because the event's own bounds assume clocks that count from 0.
     #[must_use]
     pub fn begins_within(self, [first, last]: [f64; 2]) -> [f64; 2] {
         match self.bounds() {

@@ -14,7 +14,8 @@ use std::sync::Arc;
 /// Rows that share a row group: readers take such pieces one by one.
 const GROUP: usize = 100_000;
 
-/// Creator of a file. It is not the library, so that the same table gives the same bytes as long as its encoding stays.
+/// Creator of a file. It is not the library, so that the same table gives the same bytes while the encoding is the
+/// same.
 const CREATED_BY: &str = concat!("leadlag version ", env!("CARGO_PKG_VERSION"));
 
 /// The bytes of the file; `metadata` are names and texts that readers show beside the schema.

@@ -84,7 +84,8 @@ impl Simulated {
     }
 }
 
-/// Evidence that simulations do not belong to a result: the error of the spacing differs. None if it is the same, or the result has none.
+/// Evidence that simulations do not belong to a result: the error of the spacing differs. `None` if it is the same, or the result has no
+/// error.
 #[must_use]
 pub fn other_errors(all: &[Simulated], result: &ResultFile) -> Option<String> {
     let expected = result.score.get("rmse_s").copied().flatten()?;
@@ -123,7 +124,8 @@ pub fn error_budget(all: &[Simulated]) -> Option<Budget> {
     budget(&runs)
 }
 
-/// Mean residual, and the range of two thirds of the residuals, in classes of measured speed; none if no class has enough samples.
+/// Mean residual, and the range of two thirds of the residuals, in classes of measured speed; `None` if no class has enough
+/// samples.
 #[must_use]
 pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
     let mut classes: std::collections::BTreeMap<usize, Vec<[f64; 3]>> = std::collections::BTreeMap::new();
@@ -138,7 +140,7 @@ pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
     if classes.is_empty() {
         return None;
     }
-    // Between two classes that are not neighbours a row without values, so that no line connects them.
+    // A row without values separates two classes that are not neighbours, so that no line connects them.
     let apart: Vec<usize> =
         classes.keys().zip(classes.keys().skip(1)).filter(|(a, b)| *a + 1 < **b).map(|(a, _)| a + 1).collect();
     apart.into_iter().for_each(|class| _ = classes.insert(class, Vec::new()));

@@ -242,7 +242,7 @@ pub fn wrapped(first: usize, rest: usize, line: &str) -> String {
 
 /// A blank at which no line ends.
 const JOINT: char = '\u{e000}';
-/// Words that mean nothing without the number before them.
+/// Words that have no meaning without the number before them.
 const UNITS: [&str; 12] = ["m", "m/s", "m/s²", "m/s2", "s", "%", "Hz", "kg", "km", "km/h", "m/km", "nats"];
 
 /// A line whose units stay with their numbers.

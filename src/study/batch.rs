@@ -86,7 +86,7 @@ impl Line {
 
 impl Drop for Line {
     fn drop(&mut self) {
-        // A post that is gone needs no message.
+        // A closed post needs no message.
         let _ = self.to_post.send(Message::Gone(self.group));
     }
 }
@@ -156,7 +156,7 @@ const QUIET: Duration = Duration::from_millis(2);
 /// Interval of progress messages while there is nothing to serve.
 const LONG: Duration = Duration::from_millis(100);
 
-/// Where the shared evaluator is.
+/// The thread of the shared evaluator, and its requests.
 pub struct Post<'a> {
     evaluator: &'a mut dyn Evaluator,
     identity: Arc<Mutex<Identity>>,
@@ -238,7 +238,7 @@ impl<'a> Post<'a> {
 
     fn submit(&mut self, group: usize, set: BufferSet) -> Result<(), EvaluateError> {
         let mut requests = std::mem::take(&mut self.pending[group]);
-        // Other questions are answered at once.
+        // Other requests are answered at once.
         for request in requests.extract_if(.., |request| matches!(request.want, Want::Outcomes(_))) {
             let outcomes = self.evaluator.outcomes(&jobs(std::slice::from_ref(&request)))?;
             if let Want::Outcomes(answer) = request.want {

@@ -29,7 +29,7 @@ impl Claim {
         }
     }
 
-    /// False if the folder has no locks: two runs on it would not notice each other.
+    /// False if the folder has no locks: two runs on it could not detect each other.
     #[must_use]
     pub fn work(folder: &Folder) -> bool {
         // Another process holds the claim.
@@ -52,7 +52,7 @@ impl Claim {
     }
 }
 
-/// False if the folder has no locks, so that runs on it do not notice each other. The folder of claims must exist.
+/// False if the folder has no locks, so that runs on it cannot detect each other. The folder of claims must exist.
 #[must_use]
 pub fn locks(folder: &Folder) -> bool {
     Claim::work(folder)

@@ -18,7 +18,7 @@ pub struct Round<'a> {
     pub study: &'a Study,
     /// The variant.
     pub variant: Variant,
-    /// What is minimised.
+    /// The measure to minimise.
     pub gof: GoodnessOfFit,
     /// Every drive of the study in the form of this variant.
     pub cases: Vec<Case>,

@@ -68,7 +68,7 @@ pub enum DriveError {
         platoon: String,
         /// The file, if it is missing.
         missing: Option<String>,
-        /// Why.
+        /// The cause of the error.
         source: Box<ImportError>,
     },
     /// The column map is broken or unknown.
@@ -76,7 +76,7 @@ pub enum DriveError {
     Map {
         /// The platoon.
         platoon: String,
-        /// Why.
+        /// The cause of the error.
         source: Box<MapError>,
     },
     /// The follower cannot be prepared.
@@ -84,13 +84,12 @@ pub enum DriveError {
     Prepare {
         /// The platoon.
         platoon: String,
-        /// Why.
+        /// The cause of the error.
         source: Box<PrepareError>,
     },
     /// Several trajectories, of which a study needs one.
     #[error(
-        "platoon {platoon} follower {follower}: {count} trajectories ({}); choose one with trajectory = \"ID\", or cut one \
-         out with from_s and to_s where long gaps split the file",
+        "platoon {platoon} follower {follower}: {count} trajectories ({}); choose one with trajectory = \"ID\", or cut one out with from_s and to_s if long gaps split the file",
         labels.join(", ")
     )]
     Several {
@@ -98,7 +97,7 @@ pub enum DriveError {
         platoon: String,
         /// The follower.
         follower: usize,
-        /// How many.
+        /// Their number.
         count: usize,
         /// The first of them.
         labels: Vec<String>,

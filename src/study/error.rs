@@ -38,9 +38,9 @@ pub enum StudyError {
         drive: String,
         /// The variant.
         variant: String,
-        /// What it needs.
+        /// The required data.
         what: &'static str,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
     /// Invalid bounds of a variant.
@@ -48,7 +48,7 @@ pub enum StudyError {
     Bounds {
         /// The variant.
         variant: String,
-        /// Why.
+        /// The cause of the error.
         source: BoundsError,
     },
     /// The evaluator failed.
@@ -59,7 +59,7 @@ pub enum StudyError {
     Calibrate {
         /// The task.
         id: String,
-        /// Why.
+        /// The cause of the error.
         source: CalibrateError,
     },
     /// A file or folder of the study.
@@ -69,7 +69,7 @@ pub enum StudyError {
         path: String,
         /// The step under way.
         doing: &'static str,
-        /// Why it failed.
+        /// The cause of the error.
         source: std::io::Error,
     },
     /// Not a study folder.
@@ -89,7 +89,7 @@ pub enum StudyError {
         path: String,
         /// Its line, from 1.
         line: usize,
-        /// What was expected.
+        /// The expected value.
         expected: &'static str,
     },
     /// A plan that is not the copy of a study exists at the path of the copy.
@@ -106,8 +106,7 @@ pub enum StudyError {
     /// The folder's plan has changed since it was planned.
     #[error(
         "{folder}: {changed} of {tasks} tasks are not those that were planned: the data, the plan or the program ({program}) have \
-         changed since; `leadlag study plan {folder}/plan.toml --data {data} --out {folder}` accepts that, and keeps the parts of all \
-         tasks that stay the same"
+         changed since; `leadlag study plan {folder}/plan.toml --data {data} --out {folder}` accepts that, and keeps the parts of all unchanged tasks"
     )]
     Changed {
         /// The folder.
@@ -126,7 +125,7 @@ pub enum StudyError {
         "cannot start a thread for the calibrations: allow this process more threads or memory (`ulimit -u`, `ulimit -v`)"
     )]
     Threads {
-        /// Why.
+        /// The cause of the error.
         source: std::io::Error,
     },
     /// No such task.
@@ -134,7 +133,7 @@ pub enum StudyError {
     NoTask {
         /// As given.
         id: String,
-        /// Number of tasks that begin like it.
+        /// Number of tasks whose ids begin with it.
         found: usize,
         /// The ids of the first of them.
         first: Vec<String>,

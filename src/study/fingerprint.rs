@@ -7,7 +7,7 @@ use crate::vehicle::Vehicle;
 pub(crate) fn fingerprint(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> String {
     let mut bytes: Vec<u8> = Vec::new();
     let mut add = |values: &[f64]| {
-        // Lengths keep two neighbours apart.
+        // Lengths separate neighbouring fields.
         bytes.extend((values.len() as u64).to_le_bytes());
         values.iter().for_each(|x| bytes.extend(x.to_bits().to_le_bytes()));
     };

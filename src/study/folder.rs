@@ -6,7 +6,7 @@
 //!  tasks.jsonl   one task per line
 //!  parts/        one file per finished task
 //!  claims/       which tasks are under way; empty files that running processes hold locks on
-//!  runs/         what each process has done in which time; no part of any result
+//!  runs/         what each process has done in which time; not part of any result
 //!  merged/       the tables
 //!  report/       tables and figures beside the paper's
 //! ```
@@ -45,7 +45,7 @@ pub struct StudyFile {
     pub data_folder: PathBuf,
     /// The convention.
     pub convention: String,
-    /// What is minimised.
+    /// The measure to minimise.
     pub gofs: Vec<String>,
     /// The variants.
     pub variants: Vec<String>,
@@ -92,7 +92,7 @@ impl StudyFile {
 }
 
 impl Folder {
-    /// Lays a study out in a folder: plan, settings and tasks. Parts that are there stay.
+    /// Lays a study out in a folder: plan, settings and tasks. Existing parts stay.
     ///
     /// # Errors
     /// [`StudyError::ForeignPlan`], or when the folder cannot be written.
@@ -105,7 +105,7 @@ impl Folder {
         }
         folder.make()?;
         let given = &study.plan.data.folder;
-        // Of a plan that lies in the working directory and names no folder the path is empty.
+        // The path is empty for a plan in the working directory that names no folder.
         let here = if given.as_os_str().is_empty() { Path::new(".") } else { given };
         let data_folder = std::path::absolute(here).map_err(StudyError::file(given, "find the data folder"))?;
         let settings = &study.plan.calibration;
@@ -289,7 +289,7 @@ impl Folder {
         Folder { path: path.to_owned() }
     }
 
-    /// Removes files that killed processes left unfinished. These files have no locks, so only those are removed that no process
+    /// Removes files that killed processes left unfinished. These files have no locks, so it removes only those that no process
     /// can still be writing.
     pub fn sweep(&self) {
         let folders = [self.path.clone(), self.parts(), self.runs(), self.merged(), self.report()];

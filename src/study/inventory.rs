@@ -29,7 +29,7 @@ pub struct Inventory {
 }
 
 impl Inventory {
-    /// Number of tasks whose part is there.
+    /// Number of tasks with a part.
     #[must_use]
     pub fn done(&self) -> usize {
         self.parts.len() - self.missing.len()
@@ -62,7 +62,7 @@ pub fn look(folder: &Folder, tasks: &[Task], further: &[PathBuf]) -> Result<Inve
                 continue;
             }
             let bytes = match bounded::read(&path, RESULT_MAX) {
-                // No part is so large.
+                // No part is larger.
                 Err(error) if error.kind() == ErrorKind::FileTooLarge => Vec::new(),
                 read => read.map_err(StudyError::file(&path, "read the part"))?,
             };

@@ -35,8 +35,8 @@ pub fn measure_columns() -> Vec<String> {
     Measures::NAMES.iter().map(|name| format!("{name}{}", unit(name))).collect()
 }
 
-/// Why parameters cannot have columns of these names beside those that are `taken`, if they cannot: two would be the same column. Those of one name
-/// and unit share theirs.
+/// The reason why parameters cannot have columns of these names beside those that are `taken`, if any: two would be the same column. Parameters
+/// with the same name and unit share a column.
 pub(crate) fn column_clash(taken: &[String], columns: &[(Symbol, String)]) -> Option<String> {
     let shown = |symbol: Symbol| match symbol {
         Symbol::Extension(row) => format!("{} [{}] of {}", row.name, row.unit, row.extension),
@@ -56,7 +56,7 @@ pub(crate) fn column_clash(taken: &[String], columns: &[(Symbol, String)]) -> Op
     })
 }
 
-/// The tables of the parts that are there.
+/// The tables of the present parts.
 #[must_use]
 pub fn merge(study: &StudyFile, tasks: &[Task], inventory: &Inventory) -> Merged {
     let parts: Vec<&Part> = inventory.parts.iter().flatten().collect();

@@ -13,7 +13,7 @@ pub struct Part {
     pub schema_version: u32,
     /// The task.
     pub id: String,
-    /// What was found.
+    /// The result.
     pub calibration: CalibrationRow,
     /// Results on other trajectories, in the order of the plan.
     pub validations: Vec<ValidationRow>,
@@ -40,7 +40,7 @@ pub struct CalibrationRow {
     pub model_id: u32,
     /// Name of the variant.
     pub variant: String,
-    /// What was minimised.
+    /// The minimised measure.
     pub gof: String,
     /// The convention.
     pub convention: String,
@@ -58,7 +58,7 @@ pub struct CalibrationRow {
     pub adapter: Option<String>,
     /// True if a feasible candidate was found.
     pub success: bool,
-    /// Why not, in words.
+    /// The reason for a failure, in words.
     pub reason: Option<String>,
     /// Simulated candidates, failed ones included.
     pub evaluations: u64,

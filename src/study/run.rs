@@ -27,7 +27,7 @@ use std::time::{Duration, Instant};
 const PER_THREAD: usize = 8;
 /// Largest number of calibrations under way on a device: each holds a thread and an open file.
 const ON_A_DEVICE: usize = 512;
-/// First interval at which a run checks whether tasks of another run are done; it doubles each time.
+/// First interval at which a run checks whether tasks of another run are finished; it doubles each time.
 const LOOK_AGAIN: Duration = Duration::from_millis(200);
 /// Longest interval; a check reads all awaited parts, possibly over a network.
 const SELDOM: Duration = Duration::from_secs(10);
@@ -37,7 +37,7 @@ const NAP: Duration = Duration::from_millis(100);
 /// Settings of a run.
 #[derive(Debug, Clone, Copy)]
 pub struct Assignment<'a> {
-    /// Where.
+    /// The folder of the study.
     pub folder: &'a Folder,
     /// The plan with its data.
     pub study: &'a Study,
@@ -71,7 +71,7 @@ pub struct Progress {
     pub failed: AtomicU64,
     /// Simulated candidates.
     pub evaluations: AtomicU64,
-    /// Those of tasks that are computed.
+    /// Those of tasks that this run computes.
     pub finished: AtomicU64,
     /// Simulated steps.
     pub steps: AtomicU64,
@@ -91,9 +91,9 @@ pub enum Event<'a> {
 /// Result of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Summary {
-    /// Tasks it was asked for.
+    /// The requested tasks.
     pub tasks: usize,
-    /// Those that were done before it began.
+    /// Tasks that were finished before it started.
     pub before: usize,
     /// Those that it computed.
     pub computed: usize,
@@ -148,7 +148,7 @@ pub fn run(
     if !Claim::work(folder) {
         let claims = folder.claims();
         (settings.warn)(&format!(
-            "{}: files cannot be locked here, so that several runs on this folder compute the same tasks; `--shard I/N` gives each its own",
+            "{}: files cannot be locked here, so several runs on this folder compute the same tasks; `--shard I/N` gives each its own",
             claims.display()
         ));
     }
@@ -200,7 +200,7 @@ pub fn run(
     })
 }
 
-/// Waits this long, unless the run is to stop.
+/// Waits this long, or until the run must stop.
 fn wait(time: Duration, shared: &Shared, tell: &mut dyn FnMut()) {
     let began = Instant::now();
     while began.elapsed() < time && !shared.stopped() {

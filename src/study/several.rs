@@ -49,7 +49,7 @@ pub(super) fn trajectories(
         let name = plain(&parts.join("-"));
         let numbered = (2..).map(|k| format!("{name}-{k}"));
         let free = std::iter::once(name.clone()).chain(numbered).find(|name| !names.contains(name));
-        let name = free.expect("one of endlessly many numbers is free");
+        let name = free.expect("one of infinitely many numbers is free");
         names.insert(name.clone());
         PlatoonPlan { name, file: file.to_owned(), trajectory: id, all: false, is_pattern: false, ..plan.clone() }
     };

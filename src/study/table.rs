@@ -23,7 +23,7 @@ pub enum Values {
     Integer(Vec<Option<i64>>),
     /// Numbers.
     Number(Vec<Option<f64>>),
-    /// Yes or no.
+    /// True or false.
     Flag(Vec<Option<bool>>),
     /// Text.
     Text(Vec<Option<String>>),

@@ -26,7 +26,7 @@ pub struct Task {
     pub model_id: u32,
     /// Name of the variant.
     pub variant: String,
-    /// What is minimised.
+    /// The measure to minimise.
     pub gof: String,
     /// The replicate, from 0.
     pub replicate: u64,
@@ -287,7 +287,7 @@ impl Shard {
     }
 
     /// Indices of its tasks: shares differ by at most one task. Each is a range of the tasks, so that one process batches whole variants,
-    /// but in an order of the variants unrelated to Table 1, in which the cost of a task follows a pattern.
+    /// in an order of the variants unrelated to Table 1, because the cost of a task follows a pattern there.
     #[must_use]
     pub fn of(self, tasks: &[Task]) -> Vec<usize> {
         let mut order: Vec<(String, usize)> = (0..tasks.len())

@@ -10,7 +10,7 @@ use super::{StudyError, inventory, sha256};
 /// Parts that were computed again.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Verified {
-    /// How many.
+    /// Their number.
     pub parts: usize,
     /// Differing parts: as found, and as computed now.
     pub differing: Vec<(Part, Part)>,
@@ -18,7 +18,7 @@ pub struct Verified {
     pub interrupted: bool,
 }
 
-/// Tasks of a share of the present parts, drawn by a seed: at least one of them, in the order of the plan.
+/// The tasks of a random share of the present parts, at least one, in the order of the plan.
 #[must_use]
 pub fn drawn(inventory: &Inventory, share: f64, seed: u64) -> Vec<usize> {
     let there = inventory.parts.iter().enumerate().filter_map(|(i, part)| Some((i, part.as_ref()?)));

@@ -1,4 +1,4 @@
-//! SUMO beside leadlag, and both beside the measured car.
+//! Compares SUMO with leadlag, and both with the measured car.
 
 use super::drive::{Drive, Motion};
 use crate::score::SignalMeasures;

@@ -29,13 +29,13 @@ pub enum SumoError {
     NoCounterpart {
         /// The base model.
         base: &'static str,
-        /// What is different.
+        /// The difference.
         why: &'static str,
     },
     /// The requested model is not that of the base model.
     #[error("--to {asked}: {base} can be exported as {possible}")]
     WrongModel {
-        /// The model asked for.
+        /// The requested model.
         asked: &'static str,
         /// The base model.
         base: &'static str,
@@ -47,7 +47,7 @@ pub enum SumoError {
     Read {
         /// The file.
         path: PathBuf,
-        /// Why.
+        /// The cause of the error.
         source: csv::Error,
     },
     /// The table of the simulation is invalid.
@@ -71,15 +71,15 @@ pub enum SumoError {
     Ended {
         /// The program.
         program: PathBuf,
-        /// Its last words.
+        /// Its last output.
         said: String,
     },
     /// A file for SUMO could not be written, or the connection broke.
     #[error("{what}")]
     Io {
-        /// What was tried.
+        /// The attempted operation.
         what: String,
-        /// Why it failed.
+        /// The cause of the error.
         source: io::Error,
     },
     /// SUMO refused a command.

@@ -35,7 +35,7 @@ impl Traci {
         Traci { stream }
     }
 
-    /// Drives on by one step.
+    /// Advances by one step.
     pub fn step(&mut self) -> Result<(), SumoError> {
         self.command(STEP, &0f64.to_be_bytes(), "make a step").map(drop)
     }

@@ -1,4 +1,4 @@
-//! From parameters to the attributes of a `vType`, and the loss on the way.
+//! From parameters to the attributes of a `vType`, and the loss of the mapping.
 
 use super::SumoError;
 use crate::catalog::{Constraint, Dynamics, Variant};
@@ -76,18 +76,18 @@ pub fn export(calibrated: &CalibratedVariant, asked: Option<Model>) -> Result<Ve
         ("w99", Some(other)) => return wrong(other, "W99"),
         ("gipps", _) => {
             return refused(
-                "its Krauss model descends from Gipps', but has no theta, no speed dependent acceleration and no a_hat_min",
+                "its Krauss model descends from Gipps', but has no theta, no speed-dependent acceleration and no a_hat_min",
             );
         }
         ("l-idm" | "l-gipps", _) => {
             return refused("its ACC has a constant time headway, no other spacing policy");
         }
-        _ => return refused("nothing is known of a counterpart"),
+        _ => return refused("no counterpart is known"),
     };
     vtype.lost.extend(lost(variant, calibrated, vtype.model));
     let v_0 = calibrated.parameters.get(Symbol::v_0);
     vtype.added.push(format!(
-        "SUMO desires the limit of the lane times speedFactor where that is less than maxSpeed: v_0 = {v_0} m/s needs lanes with a limit of at \
+        "SUMO drives at the limit of the lane times speedFactor if that is less than maxSpeed: v_0 = {v_0} m/s needs lanes with a limit of at \
          least that, or a larger speedFactor; below it the gap at a speed near the limit is larger than calibrated"
     ));
     Ok(vtype)
@@ -117,7 +117,7 @@ fn idm(calibrated: &CalibratedVariant, model: Model) -> VehicleType {
         attributes.push(("jerkmax", "100".to_owned()));
         let reaction = if calibrated.variant.delay { p(Symbol::tau_p) } else { 0.0 };
         attributes.push(("treaction", reaction.to_string()));
-        added.push("EIDM is the improved IDM with a drive-off term: another equation, whose parameters only bear the same names".to_owned());
+        added.push("EIDM is the improved IDM with a drive-off term: another equation, whose parameters only have the same names".to_owned());
     }
     VehicleType { model, attributes, lost: Vec::new(), added }
 }
@@ -151,11 +151,11 @@ fn acc(calibrated: &CalibratedVariant) -> VehicleType {
         added.push("the speed never exceeds v_0".to_owned());
     } else {
         added.push(
-            "the desired spacing has a margin of clamp(75/v - 5, 0, 2) m on top: 2 m below 10.7 m/s, none above 15 m/s"
+            "the desired spacing has an additional margin of clamp(75/v - 5, 0, 2) m: 2 m below 10.7 m/s, none above 15 m/s"
                 .to_owned(),
         );
         added.push(
-            "the law for the speed is used beyond a gap of 120 m instead of wherever it asks for less (Eq. 6), and the \
+            "the law for the speed is used beyond a gap of 120 m instead of whenever it gives less acceleration (Eq. 6), and the \
              speed never exceeds v_0"
                 .to_owned(),
         );
@@ -179,7 +179,7 @@ fn krauss(calibrated: &CalibratedVariant) -> VehicleType {
         ("speedDev", "0".to_owned()),
     ];
     let added = vec![
-        "positions follow by the new speed of a step, which is SUMO's default: with the ballistic update it has another safe speed"
+        "positions use the new speed of a step, which is SUMO's default: with the ballistic update it has another safe speed"
             .to_owned(),
         format!("braking is limited to {} m/s2", decel.max(EMERGENCY)),
     ];
@@ -204,7 +204,7 @@ fn w99(calibrated: &CalibratedVariant) -> VehicleType {
         ("speedDev", "0".to_owned()),
     ];
     attributes.extend(CC.into_iter().zip(values));
-    let added = vec!["SUMO draws random numbers, for which the law has their means".to_owned()];
+    let added = vec!["SUMO draws random numbers; the law uses their means".to_owned()];
     VehicleType { model: Model::W99, attributes, lost: Vec::new(), added }
 }
 
@@ -286,7 +286,7 @@ impl VehicleType {
     }
 }
 
-/// The types of several drivers, any of which SUMO takes with the same probability.
+/// The types of several drivers, which SUMO selects with equal probability.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Distribution {
     /// Id and type of each driver.
@@ -294,7 +294,7 @@ pub struct Distribution {
 }
 
 impl Distribution {
-    /// Sentences about all types: what is not exported, and what the types do besides.
+    /// Sentences about all types: missing parts and additional effects.
     #[must_use]
     pub fn common(&self) -> Vec<(&'static str, &String)> {
         let first = self.types.iter().take(1).flat_map(|(_, vtype)| vtype.sentences());
@@ -303,7 +303,7 @@ impl Distribution {
             .collect()
     }
 
-    /// An additional file of SUMO with a `vTypeDistribution` of this id; `about` says in a comment where it comes from.
+    /// An additional file of SUMO with a `vTypeDistribution` of this id; `about` gives its origin in a comment.
     #[must_use]
     pub fn to_xml(&self, id: &str, about: &str) -> String {
         let mut xml = format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {} -->\n", comment(about));

@@ -53,7 +53,7 @@ pub fn labels(bytes: &[u8]) -> bool {
     })
 }
 
-/// No step may panic, and prepared data must be finite, equally long and free of crashes.
+/// No step may panic, and prepared data must be finite, of equal length and free of crashes.
 fn check(recording: &Recording) -> bool {
     let _ = inspect(recording).to_string();
     let plain = Preparation::default();

@@ -12,8 +12,8 @@ use std::sync::LazyLock;
 /// All base models, one with delay.
 pub const BASES: [&str; 5] = ["idm", "gipps", "l-cth", "l-idm", "l-gipps+delay"];
 
-/// Largest relative difference of a sum of squares between lanes in f64 and the reference: a run of 900 steps adds up what
-/// each rounds. The sine of `periodic` is a polynomial, good to 1e-7.
+/// Largest relative difference of a sum of squares between lanes in f64 and the reference: a run of 900 steps accumulates
+/// the rounding errors of both. The sine of `periodic` is a polynomial, good to 1e-7.
 pub const WHOLE_RUN: f64 = 1e-9;
 pub const WHOLE_RUN_PERIODIC: f64 = 1e-5;
 
@@ -79,13 +79,13 @@ pub fn spread(variant: Variant, count: usize) -> Population {
             // A number between 0 and 1 that differs from candidate to candidate and from parameter to parameter.
             let share = ((i * 7 + k * 3) % 10) as f64 / 9.0;
             let value = match (symbol.name(), symbol.neutral()) {
-                // When and for how long: within the drive.
+                // Start and duration, within the drive.
                 ("t0" | "t1" | "dur", _) => 10.0 + 150.0 * share,
-                // Low enough to act from where a stretch begins.
+                // Low enough to act from the start of a stretch.
                 ("vlim", _) => 2.0 + 16.0 * share,
                 ("road_x", _) => 3000.0 * share,
                 (_, Some(neutral)) => {
-                    // Limits bind only where they are far from neutral.
+                    // Limits bind only far from their neutral values.
                     let (end, most) = match (i % 2, neutral == 0.0) {
                         (0, true) => (upper, 0.3),
                         (_, true) => (lower, 0.3),

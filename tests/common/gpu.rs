@@ -13,7 +13,7 @@ use leadlag::internal::wgsl::Precision;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// True if the test is to be skipped because there is no adapter on purpose. Without one, but not on purpose, it fails.
+/// True if the test must be skipped because a GPU is forbidden. Fails if an adapter is missing for another reason.
 pub fn skipped(test_name: &str) -> bool {
     if std::env::var_os("LEADLAG_NO_GPU").is_some() {
         println!("SKIPPED {test_name}: LEADLAG_NO_GPU is set");
@@ -76,7 +76,7 @@ pub fn case(variant: Variant, convention: Convention, samples: usize, phase: f64
     Case::new(&trajectory, variant, Some(&vehicle()), convention, 0.8).expect("a complete case")
 }
 
-/// Candidates all over the search space.
+/// Candidates from the whole search space.
 pub fn population(variant: Variant, convention: Convention, count: usize, seed: u64) -> Population {
     let space = space(variant, convention);
     let mut rng = ChaCha8Rng::seed_from_u64(seed);

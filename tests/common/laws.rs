@@ -164,7 +164,7 @@ impl Judge {
             ("p", _) => self.parameter(point, member.rsplit("__").next().unwrap_or(member)),
             ("", "v") => point.x.v_f,
             ("", _) => point.v_f,
-            // Nothing of it is read.
+            // The law reads none of it.
             _ => f64::NAN,
         }
     }

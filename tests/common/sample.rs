@@ -1,4 +1,4 @@
-//! The part of the long lists that a run takes: changes that tests must notice, kills after which no data may be lost, names.
+//! The part of the long lists that a run takes: changes that tests must detect, kills after which no data may be lost, names.
 //!
 //! `LEADLAG_EIGHTH=3` takes every eighth, from the fourth on; without it a run takes all. scripts/test sets it from the commit.
 

@@ -46,7 +46,7 @@ pub const SAME_STATUS: f64 = 0.995;
 pub const SAME_STATUS_FUSED: f64 = 0.99;
 
 /// Sine of the grade, look-up in a table of lines against interpolation between nodes: both are f64, but a line is anchored at another
-/// point than where the interpolation starts.
+/// point than the interpolation.
 pub const TABLE: f64 = 1e-14;
 
 /// Relative, NRMSE(s,v,a) of a GPU (f32) against the reference over a short run: measured on lavapipe for candidates whose score
@@ -65,7 +65,7 @@ pub const WHOLE_RUN: f64 = 1e-9;
 /// [`AMPLIFIED`]. For a linear controller with gains of 5/s² and no lag, no smaller value is possible.
 pub const NUDGE: f64 = 1e-13;
 
-/// See [`NUDGE`]; a run of 9000 steps makes ten thousands of roundings of 1e-16, and four nudges do not find the worst.
+/// See [`NUDGE`]; a run of 9000 steps makes tens of thousands of roundings of 1e-16, and four nudges do not find the worst.
 pub const AMPLIFIED: f64 = 1000.0;
 
 /// Relative, one part alone, beside the changes of the reference if its arguments move by as much, one after the other: where
@@ -110,7 +110,7 @@ pub const WINDOW: [f64; 3] = [1e-3, 1e-3, 1e-3];
 pub const UNSTABLE: f64 = 100.0;
 
 /// Share of the windows of a kind that may be unstable. Not smaller: of the runs with K > [`CONDITIONED`] one in 28 is, over Table 3,
-/// for its step of 0.1 s is too long for the gains there.
+/// because the step of 0.1 s is too long for the gains there.
 pub const UNSTABLE_SHARE: f64 = 0.05;
 
 /// Condition number up to which two programs in f64 have to agree on a whole run within [`WHOLE_RUN`].

@@ -115,7 +115,7 @@ fn a_part_of_the_cases_says_so() {
     let count = journal(folder.path());
     let output = bench(folder.path(), &["--cases", "40"]);
     let text = String::from_utf8_lossy(&output.stdout);
-    assert!(text.contains(&format!("\n40 of {count} cases, 0 of them could not be made\n")), "{text}");
+    assert!(text.contains(&format!("\n40 of {count} cases, 0 of them could not be generated\n")), "{text}");
 }
 
 #[test]

@@ -22,7 +22,7 @@ fn noise(seed: u64) -> impl FnMut() -> f64 {
     }
 }
 
-/// A drive of 900 s on a lap of 2 km: the speed oscillates slowly, and the grade repeats with the place.
+/// A drive of 900 s on a lap of 2 km: the speed oscillates slowly, and the grade repeats with the position.
 fn scene(seed: u64) -> Covariates {
     let mut random = noise(seed);
     let phase = 3.0 * random();

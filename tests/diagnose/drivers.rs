@@ -1,4 +1,5 @@
-//! Drives of one driver behind different leaders are not called those of two, and most mixtures of two drivers are noticed.
+//! Drives of one driver behind different leaders are not reported as those of two, and most mixtures of two drivers are
+//! detected.
 
 use leadlag::internal::bench::{DiagnosisTask, planted};
 use leadlag::internal::calibrate::Overrides;

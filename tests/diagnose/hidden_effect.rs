@@ -111,7 +111,8 @@ fn a_lag_or_one_of_its_family() {
     assert!(matches!(judge(&outcome), Judgement::Right | Judgement::InSet), "{}", told(&outcome));
 }
 
-/// These 240 s do not show the lag: fitted from the planted values, the model with it is no likelier than the one without.
+/// These 240 s do not reveal the lag: fitted from the planted values, the model with it is no likelier than the one
+/// without.
 #[test]
 fn nothing_where_the_truth_has_no_evidence() {
     let outcome = infer_task(&task("one", "l-cth", &["actuation_lag"], 0.0, 9106));
@@ -147,7 +148,7 @@ fn two_at_once() {
     assert_eq!(judge(&outcome), Judgement::Right, "{}", told(&outcome));
 }
 
-/// Ten minutes, because two drives have to show the same places.
+/// Ten minutes, because two drives have to cover the same places.
 #[test]
 fn what_no_cause_explains() {
     let outcome = infer_task(&DiagnosisTask { duration_s: 600.0, ..task("outside", "idm", &[], 0.0, 9117) });

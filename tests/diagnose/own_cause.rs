@@ -55,7 +55,7 @@ const FIXED: &str = "fn fixed_command(a_cmd: f32) -> f32 {
 }
 ";
 
-/// Output of `leadlag diagnose` for a synthetic drive of 200 s with these causes of a user: its text, and its JSON.
+/// Text and JSON output of `leadlag diagnose` for a synthetic drive of 200 s with these causes of a user.
 fn diagnosed(name: &str, effect: &[&str], causes: &[(&str, &str)]) -> (String, Value) {
     let folder = Path::new(env!("CARGO_TARGET_TMPDIR")).join("own_cause").join(name);
     let _ = fs::remove_dir_all(&folder);
@@ -168,7 +168,7 @@ fn what_could_not_be_tried_is_listed_with_its_reason() {
     let expected = [
         ("broken", "gives no finite result at any size tried"),
         ("late", "the data give no start value for v_on"),
-        ("fixed", "has no parameter to be fitted"),
+        ("fixed", "has no parameter to fit"),
         // A pair file of two cars has no car further ahead.
         ("multi_anticipation", "needs the speed of the car ahead of the preceding vehicle"),
     ];

@@ -31,7 +31,7 @@ fn lanes_in_f64_equal_the_reference() {
     assert!(compared > 1000, "{compared} runs came to their end");
 }
 
-/// Compares some candidates; the number that came to their end.
+/// Compares some candidates; returns the number that reached the end.
 fn compare(variant: Variant, most: f64, candidates: usize) -> usize {
     let case = case(variant);
     let population = spread(variant, candidates);

@@ -322,7 +322,7 @@ fn cold_command(own: Parameters, state: State, a_cmd: f32) -> Done {
     }
 }
 
-/// A copy of the world is the world: its members are known.
+/// A copy of the world has the same known members.
 #[test]
 fn members_of_a_copied_world_are_read() {
     let text = |name: &str, body: &str| {

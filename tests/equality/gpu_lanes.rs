@@ -357,7 +357,7 @@ fn every_instruction_set_and_block_size_gives_the_same_bits() {
     assert!(differences.is_empty(), "{} differences:\n{}", differences.len(), shown.join("\n"));
 }
 
-/// The kinds above add up in every way that there is.
+/// The kinds above cover every way of adding up.
 #[test]
 fn kinds_are_goodness_of_fit_functions() {
     let ways: HashSet<String> = KINDS

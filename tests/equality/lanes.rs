@@ -209,7 +209,7 @@ fn kicks_are_changes_of_the_past() {
         let evaluator = lanes(&case, LanesPrecision::F64);
         let history = [&reference.s[..], &reference.v, &reference.a];
         let to = reference.s.len();
-        // More than one block; the last one follows a kick so hard that the run crashes.
+        // More than one block; the last run follows a kick so hard that it crashes.
         let begin = run.first.max(10);
         let from: Vec<usize> = (begin..to).step_by(((to - begin) / 20).max(1)).collect();
         let mut kicks: Vec<[f64; 3]> = (0..from.len()).map(|k| [0.01 * (k % 3) as f64, 0.02, 0.0]).collect();

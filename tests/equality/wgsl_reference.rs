@@ -253,7 +253,7 @@ fn controllers() {
         let variant = Variant::all().find(|v| v.base.controller == part).expect("every part is in a variant");
         compare_part(&variant, "commanded_acceleration", &|at| {
             let (a, feasible) = parts::commanded_acceleration(part, &at.parameters, at.x, at.s_des, at.v_f);
-            // The text clamps the root of Eq. 4 where a speed is far below 0, which no simulated speed is.
+            // The text clamps the root of Eq. 4 if a speed is far below 0, which never happens in a simulation.
             vec![a, f64::from(u8::from(feasible))]
         });
     }

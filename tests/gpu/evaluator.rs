@@ -25,7 +25,7 @@ fn shaken(population: &Population, by: f64) -> Population {
     shaken
 }
 
-/// Error of each score, in multiples of the limit; `None` where rounding the parameters already changes the f64
+/// Error of each score, in multiples of the limit; `None` if rounding the parameters already changes the f64
 /// reference.
 fn misses(variant: Variant, convention: Convention, precision: Precision) -> Vec<Option<f64>> {
     let case = case(variant, convention, 300, 0.0);

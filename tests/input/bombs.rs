@@ -81,7 +81,7 @@ fn a_date_beyond_all_calendars_is_a_number() {
 fn spans_of_time_are_refused_by_the_name_of_their_column() {
     let value = FixedLenByteArray::from(vec![1; 12]);
     let file = table::<FixedLenByteArrayType>("fixed_len_byte_array(12) lag (INTERVAL)", value, plain());
-    is_refused("spans.parquet", &file, "column lag holds spans of time (INTERVAL)");
+    is_refused("spans.parquet", &file, "column lag holds time intervals (INTERVAL)");
 }
 
 #[test]

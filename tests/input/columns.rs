@@ -88,7 +88,7 @@ fn feet_and_milliseconds_become_si() {
     assert_eq!(notes[1], "gap derived from headway minus the length of the vehicle ahead");
     assert!(notes.contains(&"1 more pairs of the file are shorter than 2 s".to_owned()), "{notes:?}");
     assert!(notes[2].starts_with("columns not read: Frame_ID, Total_Frames, Local_X,"), "{notes:?}");
-    // The other spelling of the older release.
+    // The spelling of the older release.
     let older = ngsim().replacen("v_length", "v_Length", 1).replacen("Space_Headway", "Space_Hdwy", 1);
     assert_eq!(only(&read(&older, "ngsim")).s, trajectory.s);
 }
@@ -247,7 +247,7 @@ fn another_length_of_the_vehicle_ahead_leaves_the_follower_its_own() {
     }
 }
 
-/// Positions fall, speeds have no sign: where the first position is missing, the second one decides.
+/// Positions fall, speeds have no sign: if the first position is missing, the second one decides.
 #[test]
 fn a_missing_position_does_not_turn_a_vehicle_round() {
     let map = "rows = \"vehicles\"\ndirection = \"by-position\"\nnobody = [\"0\"]\n[columns]\n\
@@ -357,7 +357,7 @@ fn semicolons_and_names_of_a_simulator_are_read() {
     }
 }
 
-/// A table as a spreadsheet writes it where numbers have commas.
+/// A table as a spreadsheet writes it in countries with decimal commas.
 #[test]
 fn decimal_commas_are_read_where_the_map_says_so_and_points_beside_them_refused() {
     let body = "[columns]\ntime = { name = \"t\" }\nspeed = { name = \"v\" }\nlead_speed = { name = \"vl\" }\n\

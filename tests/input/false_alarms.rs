@@ -1,4 +1,4 @@
-//! The check of the data says nothing of sound drives: made-up ones of all laws, sampling rates and noises, and measured ones.
+//! The check of the data is silent on sound drives: made-up ones of all laws, sampling rates and noises, and measured ones.
 
 use crate::common;
 use leadlag::internal::plant::{self, Base, Noise, Profile, Scenario};
@@ -18,7 +18,8 @@ fn platoon(number: usize) -> Recording {
     let pick = |of: usize, before: usize| number / before % of;
     let rate_hz = [10, 1, 25, 2, 20, 5, 50][pick(7, 1)];
     let profile = &[Profile::Cruise, Profile::StopAndGo, Profile::Restless][pick(3, 7)];
-    // Accelerations from speeds are to have less noise than driving: of 0.02 m/s at 10 Hz it is 0.3 m/s².
+    // The noise of accelerations from speeds must be smaller than the accelerations of driving: 0.02 m/s at 10 Hz gives
+    // 0.3 m/s².
     let (speed_mps, gap_m) = [(0.003, 0.0005), (0.02, 0.02), (0.01, 0.05)][pick(3, 21)];
     let noise = Noise { speed_mps: speed_mps * (10.0 / f64::from(rate_hz)).min(1.0), gap_m };
     let duration_s = [120.0, 300.0, 70.0, 600.0][pick(4, 63)];
@@ -28,7 +29,7 @@ fn platoon(number: usize) -> Recording {
         let scenario = Scenario { seed, rate_hz, profile, noise, duration_s, followers, ..Scenario::default() };
         plant::run(&scenario).ok().filter(|drive| drive.gap.iter().flatten().all(|gap| *gap > 0.5))
     };
-    // Drawn cars collide now and then, or nearly; others are taken.
+    // Random cars sometimes collide, or nearly; other ones replace them.
     let mut seeds = (number as u64..).step_by(100_000);
     let synthetic = seeds.by_ref().take(20).find_map(drive).expect("one of twenty drives");
     let mut file = Vec::new();
@@ -57,7 +58,7 @@ fn a_thousand_sound_drives_raise_one_alarm_at_most() {
         [half(0), other.join().expect("no panic")].concat()
     });
     let thousands = (platoons * FOLLOWERS) as f64 / 1000.0;
-    // Drives, however much is found in one.
+    // Number of drives, each counted once.
     let alarmed = |is_meant: &dyn Fn(FindingKind) -> bool| {
         let drives: BTreeSet<&String> = found.iter().filter(|f| is_meant(f.1)).map(|f| &f.0).collect();
         drives.len() as f64 / thousands
@@ -65,7 +66,7 @@ fn a_thousand_sound_drives_raise_one_alarm_at_most() {
     let total = alarmed(&|_| true);
     let told: Vec<_> = found.iter().take(20).collect();
     assert!(total <= ALLOWED, "{total:.2} of 1,000 drives raise an alarm: {told:#?}");
-    // Of fewer drives, one tells nothing of a kind.
+    // With fewer drives, a single one says nothing about a kind.
     for kind in FindingKind::iter().filter(|_| platoons * FOLLOWERS >= 3000) {
         let (measured, stated) = (alarmed(&|other| other == kind), kind.false_alarms());
         assert!(measured <= stated, "{}: {measured:.2} of 1,000 drives, docs say {stated}: {told:#?}", kind.into_str());

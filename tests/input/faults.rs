@@ -170,7 +170,7 @@ fn a_value_that_stands_for_a_missing_one_is_said_once() {
         assert!(said.contains(&format!("missing = [\"{value}\"]")) && !said.contains('\n'), "{said}");
         mapped(&format!("missing = [\"{value}\"]\n{map}"), &table).expect("the map says it");
     }
-    // Speeds in km/h are no such word, even those that come again and again.
+    // Speeds in km/h do not count as such words, even if they recur.
     let kmh: Vec<[f64; 4]> = rows(600, 0.1).into_iter().map(|row| [row[0], 97.0, row[2], row[3]]).collect();
     let said = refused(&text(&kmh));
     assert!(said.contains("km/h") && !said.contains("missing value") && said.lines().count() == 11, "{said}");

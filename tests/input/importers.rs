@@ -389,7 +389,7 @@ fn an_irregular_step_is_refused_and_resampled_on_request() {
     let times = || tenths(0..100).map(|t| if t == 3.0 { 3.04 } else { t });
     let recording = pair_file(&steady(times()));
     let error = prepare(&recording, 1, &Preparation::default()).unwrap_err();
-    let message = "drive.csv:32: time_s: expected 3 (step 0.1 s), found 3.04; the time step is irregular: resample on purpose (--resample 0.1)";
+    let message = "drive.csv:32: time_s: expected 3 (step 0.1 s), found 3.04; the time step is irregular: resample with --resample 0.1";
     assert_eq!(error.to_string(), message);
     let resample = Preparation { resample: Some(0.2), ..Preparation::default() };
     let trajectory = only(&recording, 1, &resample);

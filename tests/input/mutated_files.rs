@@ -111,7 +111,7 @@ impl Vandal {
                 file.drain(line.start..(line.end + 1).min(file.len()));
             }
             7 => {
-                // Another file, from somewhere on.
+                // The rest of another file, from a random place on.
                 let other = self.pick(of);
                 let from = self.below(other.len());
                 let to = (from + self.below(400)).min(other.len());

@@ -191,7 +191,7 @@ struct Rough {
 }
 
 impl Rough {
-    /// By a measure that is no sum of norms, so that the search goes by scores alone.
+    /// With a measure that is not a sum of norms, so that the search uses scores alone.
     fn new(case: Case, told: fn(f64) -> f64) -> Rough {
         Rough::by("u-sva".parse().expect("a measure"), case, told)
     }
@@ -334,7 +334,7 @@ fn an_infeasible_search_says_how_far_it_came() {
     assert!(message.contains("`spacing`"), "{message}");
 }
 
-/// Two cases: the later crash is the better one, whichever case it is in; a crash outranks a touched bound.
+/// Two cases: the later crash is better, in either case; a crash outranks a touched bound.
 #[test]
 fn a_joint_score_counts_on_through_the_cases() {
     use leadlag::internal::convention::BoundRule;
@@ -421,7 +421,7 @@ fn candidates_asked_in_place_of_the_best_are_counted() {
 /// An evaluator with which every run of some of the replicates seems to end early.
 struct Unlucky {
     inner: Reference,
-    /// The replicates, which all run equally long.
+    /// The replicates, all of the same length.
     replicates: Vec<usize>,
     /// Their candidates among those of the generation under way.
     own: Vec<Range<usize>>,

@@ -231,7 +231,7 @@ fn every_declared_parameter_is_read_and_no_other() {
             let case = Case::new(&data, variant, given, convention, 0.8).expect("the drive has what a variant needs");
             let p = declared(&variant);
             let (mut base, mut changed) = (Trace::default(), Trace::default());
-            // Undeclared parameters are NaN: reading one would show.
+            // Undeclared parameters are NaN, so that reading one would be visible.
             assert_eq!(case.check(&p), Ok(()), "{variant}, {convention}");
             let run = simulate(&case, &p, &mut base);
             assert_eq!(run.failure, None, "{variant}, {convention}: declared parameters suffice");
@@ -239,8 +239,8 @@ fn every_declared_parameter_is_read_and_no_other() {
             let all = base.x.iter().chain(&base.v).chain(&base.a).chain(&base.s);
             assert!(all.into_iter().all(|x| x.is_finite()), "{variant}, {convention}: finite throughout");
             for symbol in variant.parameters() {
-                // NaN: min and max drop it, so that the run may change instead of failing. A value half as large again: the parameter has
-                // an effect, not only its validity.
+                // NaN: min and max drop it, so that the run may change instead of failing. A value that is larger by half: the parameter
+                // itself has an effect, not only its validity.
                 for value in [f64::NAN, p.get(symbol) * 1.5] {
                     let mut other = p;
                     other.set(symbol, value);

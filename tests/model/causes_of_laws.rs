@@ -85,7 +85,7 @@ fn every_cause_runs_on_every_law_or_says_what_the_law_lacks() {
     assert_eq!((refused.len(), others), (10, vec!["newell"]), "{refused:?}");
 }
 
-/// Validates the text of a law with a cause and runs it; why not, if the law cannot have the cause.
+/// Validates the text of a law with a cause and runs it; returns the reason if the law cannot have the cause.
 fn refusal(law: &'static Extension, cause: &'static Extension) -> Option<String> {
     let what = format!("{} on {}", cause.name, law.name);
     let variant = match Variant::of_law(law).with(cause) {

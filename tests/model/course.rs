@@ -305,5 +305,5 @@ fn what_does_not_fit_into_the_memory_of_a_device_is_halved() {
     let mut none = Halves::new(Box::new(Small { inner: reference, room: 0 }));
     none.submit(BufferSet::A, &jobs).expect("it may be less");
     let error = none.collect(BufferSet::A, &mut [Score::Rejected; 21]).expect_err("no room at all").to_string();
-    assert!(error.starts_with("a card has not enough memory: out of memory; "), "{error}");
+    assert!(error.starts_with("a card does not have enough memory: out of memory; "), "{error}");
 }

@@ -1,9 +1,9 @@
-//! Delays, lags, phases, stretches and responses to the cars ahead mean the same here as in a car that is driven in steps of 0.01 s: a fit
-//! finds the planted ones.
+//! Delays, lags, phases, stretches and responses to the cars ahead mean the same here as in a car that is simulated in steps of 0.01 s: a
+//! fit finds the planted ones.
 //!
 //! The plant shares no code with the evaluators. Its car has an effect of a known size. The same law with that effect, simulated in steps
-//! of 0.1 s with the law reading half a step ahead (an acceleration that holds for a step comes late by as much), has to be closest to it
-//! at the planted value.
+//! of 0.1 s with the law reading half a step ahead (an acceleration that holds for a step is late by as much), must be closest to it at
+//! the planted value.
 
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::catalog::Variant;

@@ -84,8 +84,8 @@ fn of(knowledge: &Identifiability, symbol: Symbol) -> Knowledge {
     *knowledge.parameters.iter().find(|k| k.symbol == symbol).expect("it was searched")
 }
 
-/// The stated share is 95 %; of 72 intervals on 24 drives, those of one drive together, the number that hold the truth is 68 with a
-/// standard deviation of 2 to 3. Without regard to the autocorrelation fewer than half would.
+/// The stated share is 95 %; of 72 intervals on 24 drives, those of one drive together, the number that contain the truth is 68
+/// with a standard deviation of 2 to 3. Without regard to the autocorrelation fewer than half would.
 #[test]
 fn intervals_hold_the_truth_as_often_as_they_say() {
     let free = [("d_0", [0.5, 6.0]), ("t_h", [0.3, 3.0]), ("a_max", [0.5, 5.0])];
@@ -177,8 +177,8 @@ fn near_optimal_candidates_show_what_makes_up_for_what() {
     assert_eq!(correlation(&found, &space.free(), best, -1.0), None, "nothing is better than the best");
 }
 
-/// A linear law in following never comes near a desired speed of 60 m/s. To find that out, the candidate and its neighbours at four
-/// distances on both sides are simulated on all drives of a joint calibration together.
+/// A linear law that follows another car never comes near a desired speed of 60 m/s. To find this, the candidate and its neighbours
+/// at four distances on both sides are simulated on all drives of a joint calibration together.
 #[test]
 fn parameters_that_change_nothing_are_called_so() {
     let variant: Variant = "l-cth".parse().expect("a base");
@@ -198,7 +198,7 @@ fn parameters_that_change_nothing_are_called_so() {
     }
 }
 
-/// A stop at either look at a drive gives no partial result.
+/// A stop at either check of a drive gives no partial result.
 #[test]
 fn once_it_is_stopped_nothing_is_known() {
     let (candidate, whole, lanes, space) = known(&drive(1000, 0.2, 1), &[("t_h", [0.3, 3.0])], 1);

@@ -1,4 +1,4 @@
-//! Tests that need no two evaluators: the catalog, the reference, searches, identification of parameters, the plant.
+//! Tests that do not compare evaluators: the catalog, the reference, searches, identification of parameters, the plant.
 
 #[path = "../common/mod.rs"]
 mod common;

@@ -27,7 +27,7 @@ fn make(name: &str, space: SearchBox, evaluations: u64, seed: u64, replicate: u6
 
 const NAMES: [&str; 4] = ["ga", "lshade", "cmaes", "auto"];
 
-/// Lets an optimiser run until it ends or its evaluations are spent; evaluations that it took.
+/// Lets an optimiser run until it ends or its evaluations are spent; returns the number of evaluations.
 fn minimise(optimizer: &mut dyn Optimizer, evaluations: u64, merit: &dyn Fn(&[f64]) -> Merit) -> u64 {
     let mut used = 0;
     while optimizer.ended().is_none() {

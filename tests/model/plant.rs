@@ -206,7 +206,7 @@ fn refuses_what_cannot_be_driven() {
     late.followers[0].effects.push(too_late);
     assert_eq!(
         plant::run(&late).expect_err("the drive ends at 600 s").to_string(),
-        "set_speed_change of car 2 begins at 700 s, and the drive ends at 600 s; let it begin earlier, as in \
+        "set_speed_change of car 2 begins at 700 s, and the drive ends at 600 s; start it earlier, as in \
          set_speed_change:t1=240, or drive longer"
     );
     scenario.duration_s = f64::NAN;

@@ -86,13 +86,13 @@ fn delays_and_lags_are_those_of_the_base_models() {
     let known = plant::run(&slow).expect("drives");
     assert_eq!(with(&plain, &["perception_delay:tp=0.25", "actuation_lag:ta=0.4"]).x, known.x);
     assert_eq!(with(&plain, &["perception_delay:tp=0.25", "asym_lag:ta=0.4,tb=0.4"]).x, known.x);
-    // With a lag for braking only it brakes later and harder.
+    // With a lag only for braking it brakes later and harder.
     assert!(rms(&with(&plain, &["asym_lag:ta=0,tb=0.8"]).v[1], &with(&plain, &[]).v[1]) > 0.02);
 }
 
 #[test]
 fn what_is_absorbed_by_calibration() {
-    // Under a constant headway a scaled spacing acts as other gains, and a bias as another standstill spacing.
+    // Under a constant headway a scaled spacing acts like other gains, and a bias like another standstill spacing.
     let scenario = scenario(Base::LCth, Profile::Restless, 120.0);
     let mut biased = scenario.clone();
     let plant::Controller::Linear { d_0, .. } = &mut biased.followers[0].controller else { unreachable!("linear") };
@@ -188,7 +188,7 @@ fn who_sees_what_lies_ahead() {
         ..scenario.clone()
     });
     assert_eq!(error.expect_err("one car ahead"), PlantError::NobodyAhead { car: 2 });
-    // Seen earlier, followed more closely.
+    // The car ahead is seen earlier and followed more closely.
     let [early, now, late] = [&["time_offset:to=-0.5"][..], &[], &["time_offset:to=0.5"]].map(|e| with(&scenario, e));
     let apart = |drive: &Synthetic| rms(&drive.v[1], &drive.v[0]);
     assert!(apart(&early) < apart(&now) && apart(&now) < apart(&late));

@@ -32,7 +32,7 @@ fn private(constant: &syn::ItemConst) -> bool {
 /// The file with its mutants; they are added to `mutants`.
 pub fn instrument(file: &str, text: &str, mutants: &mut Vec<Mutant>) -> String {
     let mut syntax = syn::parse_file(text).unwrap_or_else(|e| panic!("src/models/{file}: {e}"));
-    // Unit tests judge, and are not judged.
+    // Unit tests judge and are not judged.
     let is_test = |attribute: &syn::Attribute| attribute.to_token_stream().to_string().contains("cfg (test)");
     syntax.items.retain(|item| !matches!(item, Item::Mod(module) if module.attrs.iter().any(is_test)));
     let constants = syntax.items.iter().filter_map(|item| match item {
@@ -42,7 +42,7 @@ pub fn instrument(file: &str, text: &str, mutants: &mut Vec<Mutant>) -> String {
     let mut mutator = Mutator { file, lines: text.lines().collect(), constants: constants.collect(), mutants };
     mutator.visit_file_mut(&mut syntax);
     for item in &mut syntax.items {
-        // A constant cannot ask the environment: it becomes a function, and its uses become calls.
+        // A constant cannot read the environment, so it becomes a function, and its uses become calls.
         if let Item::Const(c) = item
             && private(c)
         {

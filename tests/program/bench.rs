@@ -57,7 +57,7 @@ fn what_is_exported_is_what_is_scored() {
     assert_eq!(header, ["delta", "v_0", "d_0", "t_h", "a_max", "a_min", "nrmse_sva"]);
     assert_eq!(candidates.len(), 4096);
 
-    // The equations once more, as in benches/peers.
+    // The equations again, as in benches/peers.
     let dt = 0.1;
     let rms = |k: usize| (drive[1..].iter().map(|row| row[k] * row[k]).sum::<f64>() / (drive.len() - 1) as f64).sqrt();
     let measured = [rms(2), rms(3), rms(4)];

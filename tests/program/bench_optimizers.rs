@@ -62,7 +62,7 @@ fn finished_tasks_are_taken_again_and_torn_lines_are_not() {
     let tasks = optimizer_tasks("auto", true);
     let line = |k: usize| serde_json::to_string(&outcome(&tasks[k], 0.3)).expect("JSON");
     let other = line(2).replace(PROGRAM.as_str(), "leadlag 0.0.1+search2");
-    // In the form of journals before the search had a number.
+    // In the form of journals older than the number of the search.
     let before = line(4).replace(PROGRAM.as_str(), concat!("leadlag ", env!("CARGO_PKG_VERSION")));
     std::fs::write(&path, format!("{}\n{other}\n{before}\n{}", line(0), &line(1)[..40])).expect("written");
     let journal = Journal::open(&path).expect("readable");
@@ -206,7 +206,7 @@ fn the_median_of_an_even_number_lies_in_the_middle() {
     assert_eq!(median.found, worst.found.map(|worst| 0.5 * worst), "the other one has no spread");
 }
 
-/// The program itself, on one task of the real data, twice: the second time everything is known.
+/// The program itself, on one task of the real data, twice: the second time everything is finished already.
 #[test]
 fn the_command_goes_on_where_it_was() {
     let Some(shared) = common::shared("the_command_goes_on_where_it_was") else { return };

@@ -71,7 +71,7 @@ fn the_nearest_name_is_suggested_here_too() {
 fn a_variant_that_needs_a_vehicle_says_so_in_one_way() {
     for variant in ["idm+mfc", "idm+nonlinear"] {
         let expected = format!(
-            "error: {}: variant {variant} needs the vehicle of follower 1, and there is none of the name `follower`; give --vehicle NAME \
+            "error: {}: variant {variant} needs the vehicle of follower 1, but no vehicle has the name `follower`; give --vehicle NAME \
              or FILE#NAME (`leadlag list vehicles`)\n",
             pair()
         );
@@ -141,7 +141,7 @@ fn what_is_nearly_right_is_told_the_right_way() {
     fs::write(&cases, "model_id,platoon,follower_position\n").expect("writable");
     let message = fails(1, &["evaluate", text(&cases), "--data", "nowhere"]);
     assert!(message.contains("expected the folder of the platoon files, or one file; there is none"), "{message}");
-    // An unknown follower is the same usage wherever it is asked for.
+    // An unknown follower is the same wrong usage in every command.
     let said = calibrate(2, &["--model", "idm", "--follower", "9"]);
     assert!(said.ends_with("followers with data: 1\n"), "{said}");
     assert_eq!(fails(2, &["diagnose", pair(), "--base", "idm", "--follower", "9"]), said);
@@ -199,7 +199,9 @@ fn simulate_takes_the_folder_and_counts_the_results() {
     succeeds(&["simulate", pair(), "--result", text(&out)]);
     let two = ["--result", text(&out), "--result", text(&out)];
     let message = fails(2, &[&["simulate", pair(), "--platoon"][..], &two].concat());
-    assert!(message.contains("--result is given 2 times; expected one, for ") && message.contains("has 1 follower"));
+    assert!(
+        message.contains("--result is given 2 times; expected one, because ") && message.contains("has 1 follower")
+    );
     let message = fails(2, &[&["simulate", pair()][..], &two].concat());
     assert!(message.contains("--platoon simulates all"), "{message}");
 }

@@ -96,7 +96,7 @@ fn help_takes_80_columns_unless_the_terminal_says_otherwise() {
     for verb in &found {
         let text = help(verb, None);
         assert!(widest(&text) <= 80, "{verb:?} takes {} columns:\n{text}", widest(&text));
-        // A command that is cut by the margin cannot be copied, so each has its full length in a wider terminal.
+        // A command that the margin cuts cannot be copied, so each has its full length in a wider terminal.
         let commands =
             |text: &str| text.lines().filter(|line| line.starts_with("  leadlag ")).map(str::to_owned).collect();
         let (narrow, wide): (Vec<String>, Vec<String>) = (commands(&text), commands(&help(verb, Some("100"))));
@@ -146,7 +146,7 @@ fn a_name_that_is_nearly_right_is_suggested() {
     let output = leadlag(&["calibrate", file, "--model", "idm", "--bounds", text(&bounds), "--out", "never"]);
     assert!(stderr(&output).contains("is not a parameter of any variant"), "{}", stderr(&output));
     assert!(stderr(&output).contains("did you mean `tau_p`?"), "{}", stderr(&output));
-    // And a column: of a file whose header has a misspelt one.
+    // And a column of a file with a misspelt name in its header.
     let table = scratch("cli_verbs", "column").join("drive.csv");
     fs::write(&table, fs::read_to_string(pair()).unwrap().replacen("spacing_m", "spacng_m", 1)).unwrap();
     let output = leadlag(&["inspect", text(&table)]);

@@ -23,7 +23,7 @@ fn driver(number: u64) -> [f64; 5] {
 pub const HEADER: &str = "Trajectory_ID,Time_Index,ID_LV,Type_LV,Pos_LV,Speed_LV,Acc_LV,ID_FAV,Pos_FAV,Speed_FAV,Acc_FAV,Spatial_Gap,\
                       Spatial_Headway,Speed_Diff\n";
 
-/// Rows of drives of so many samples at 10 Hz, each of a driver of his own behind a leader of his own.
+/// Rows of drives of so many samples at 10 Hz, each of a separate driver behind a separate leader.
 pub fn drives(numbers: std::ops::Range<u64>, samples: usize) -> String {
     delayed_drives(numbers, samples, 0, 0.03)
 }
@@ -75,7 +75,7 @@ fn rows(folder: &Path) -> Vec<BTreeMap<String, String>> {
     reader.records().map(|record| row(record.expect("a row"))).collect()
 }
 
-/// Files of the result without the journal, whose order is that of the threads.
+/// Files of the result without the journal, whose order depends on the threads.
 fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
     ["parameters.csv", "parameters.parquet", "fleet.json", "fits.csv"]
         .into_iter()
@@ -88,7 +88,7 @@ fn files(folder: &Path) -> BTreeMap<String, Vec<u8>> {
 fn every_pair_is_a_row() {
     let folder = scratch("fleet", "rows");
     let (table, out) = (folder.join("pairs.csv"), folder.join("one"));
-    // The last but one is too short, the last one stops before it begins: a gap below 0.
+    // The last but one is too short, the last one ends before it starts: a gap below 0.
     let mut content = HEADER.to_owned() + &drives(0..6, 300) + &drives(6..7, 8);
     content += &drives(7..8, 100)
         .lines()
@@ -224,7 +224,7 @@ fn other_drives_of_the_same_drivers_are_held_back() {
     fs::write(&other, HEADER.to_owned() + &drives(7..9, 250)).expect("room");
     for (given, expected) in [
         (text(&other), "belong to none of the calibrated drivers, automated vehicle 1, automated vehicle 3"),
-        (text(&fit), "it is calibrated on, too"),
+        (text(&fit), "it is also used for calibration"),
         ("1.5", "expected a share above 0 and below 1"),
         ("nan", "expected a share above 0 and below 1"),
     ] {
@@ -356,7 +356,7 @@ fn intervals_of_short_drives_hold_the_truth() {
     assert!((100..400).contains(&all), "{all} of 400 parameters are determined");
 }
 
-/// A plan names a table or a pattern once, and every trajectory is a platoon of its own.
+/// A plan names a table or a pattern once, and every trajectory is a separate platoon.
 #[test]
 fn a_study_takes_every_trajectory_of_a_table_or_pattern() {
     let folder = scratch("fleet", "study");
@@ -381,7 +381,7 @@ fn a_study_takes_every_trajectory_of_a_table_or_pattern() {
         let names: Vec<&str> = planned.lines().filter_map(|line| line.split('\t').nth(1)).collect();
         assert_eq!(names, platoons);
         assert_eq!(stderr(&output).contains("left out: 1 of 4 trajectories"), entry == all, "{}", stderr(&output));
-        // Different vehicles are not tried on each other.
+        // Different vehicles are not validated on each other.
         assert!(stderr(&output).contains("0 validation runs"), "{}", stderr(&output));
         ok(&["study", "run", text(&out)]);
         ok(&["study", "merge", text(&out)]);

@@ -46,7 +46,7 @@ fn fleet<'a>(table: &'a Path, out: &'a Path, more: &[&'a str]) -> Vec<&'a str> {
     [&["calibrate", text(table), "--all", "--out", text(out)], &SETTINGS[..], more].concat()
 }
 
-/// The NRMSE of an acceleration that is always 0 is NaN, and no row is lost by that.
+/// The NRMSE of an acceleration that is always 0 is NaN, and no row is lost for that reason.
 #[test]
 fn a_drive_at_constant_speed_is_read_again() {
     let folder = scratch("fleet_faults", "constant");
@@ -115,7 +115,7 @@ fn parameters_that_would_be_another_column_are_refused() {
     let (first, second) = (law(&folder, "plain", plain), law(&elsewhere, "plain", [("rate", "1/s2"), ("gap", "s")]));
     let models = ["--model", text(&first), "--model", &format!("{}+delay", text(&second))];
     let (code, said) = fails(&fleet(&table, &out, &models));
-    assert!(code == 2 && said.contains("two laws of the name plain"), "{said}");
+    assert!(code == 2 && said.contains("two laws have the name plain"), "{said}");
     assert!(!out.exists(), "before any work");
 }
 

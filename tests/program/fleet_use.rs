@@ -1,4 +1,4 @@
-//! What a fleet is for afterwards: scores on other drives by `evaluate`, a result of each pair, simulations of some drivers.
+//! The use of a finished fleet: scores on other drives by `evaluate`, a result of each pair, simulations of some drivers.
 
 use super::fleet::{HEADER, drives};
 use crate::common::program::{fails, ok, scratch, stderr, succeeds, text};
@@ -55,7 +55,7 @@ fn a_fleet_is_evaluated_on_its_own_drives_and_on_others() {
     let found = rows(&scored);
     let simulated: Vec<&str> = found.iter().map(|row| row["success"].as_str()).collect();
     assert_eq!(simulated, ["0", "0", "1", "1", "1", "1"]);
-    // A column of your own table names the trajectory.
+    // A column of the user's table names the trajectory.
     let cases = fleet.with_file_name("cases.csv");
     let case = |columns: &str, values: &str| {
         fs::write(
@@ -115,17 +115,17 @@ fn each_pair_has_a_result_on_demand() {
     assert_eq!(json(&own)["parameters"], json(&alone.join("result.json"))["parameters"]);
     assert_eq!(json(&own)["intervals"], json(&alone.join("result.json"))["intervals"]);
     ok(&["report", text(own.parent().expect("a folder")), "--out", text(&fleet.with_file_name("page.html"))]);
-    // The fleet is whole beside it.
+    // The fleet beside it stays complete.
     ok(&["report", text(&fleet), "--out", text(&fleet.with_file_name("fleet.html"))]);
 }
 
-/// A law that collides on held-back data ranks last, however few its parameters are, and the table says so.
+/// A law that collides on held-back data ranks last, however few parameters it has, and the table reports this.
 #[test]
 fn a_law_that_collides_on_what_was_held_back_is_not_chosen() {
     let folder = scratch("fleet_use", "collides");
     let (table, law, out) = (folder.join("pairs.csv"), folder.join("blind.wgsl"), folder.join("fleet"));
     fs::write(&table, HEADER.to_owned() + &drives(0..4, 400)).expect("room");
-    // It drives into the car ahead after 30 s; 28 s are calibrated on.
+    // It collides with the car ahead after 30 s; the calibration uses 28 s.
     let text_of_law = "//! Follows for 30 s.\nstruct Parameters {\n    /// gain [1/s], 0.1 to 2\n    k: f32,\n}\n\nfn blind_law(own: Parameters, w: World, x: \
                        Perceived) -> f32 {\n    return select(own.k * (x.v_l - x.v_f), 5.0, w.t > 30.0);\n}\n";
     fs::write(&law, text_of_law).expect("room");
@@ -142,7 +142,7 @@ fn a_law_that_collides_on_what_was_held_back_is_not_chosen() {
     assert_eq!(of("best"), [0, 4].map(serde_json::Value::from));
 }
 
-/// Files of one drive each are what their drivers go by, on the page and in `simulate`.
+/// Drivers with one file each are named after it, on the page and in `simulate`.
 #[test]
 fn a_driver_without_a_name_goes_by_his_file() {
     let folder = scratch("fleet_use", "files");

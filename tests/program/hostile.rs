@@ -1,4 +1,4 @@
-//! Hostile files and environments: each ends in a message, in bounded memory, never in a panic or a signal.
+//! Malicious files and environments: each ends in a message, in bounded memory, never in a panic or a signal.
 
 use crate::common::program::{fails, ok, scratch, stderr, text};
 use serde_json::{Value, json};
@@ -61,7 +61,11 @@ fn a_result_that_contradicts_itself_is_refused() {
         ),
         ("missing", |r| drop(r["parameters"].as_object_mut().unwrap().remove("v_0")), "parameter v_0 is missing"),
         ("bounds", |r| drop(r["bounds"].as_object_mut().unwrap().remove("v_0")), "bounds: v_0 is missing"),
-        ("extension", |r| r["extensions"] = json!([{"name": "none"}]), "extension none: there is no built-in one"),
+        (
+            "extension",
+            |r| r["extensions"] = json!([{"name": "none"}]),
+            "extension none: no built-in extension has this name",
+        ),
     ];
     let (file, fit) = (calibrated().join("platoon.csv"), calibrated().join("fit"));
     let result: Value = serde_json::from_slice(&fs::read(fit.join("result.json")).unwrap()).unwrap();
@@ -126,7 +130,7 @@ fn tables_without_line_ends_are_not_read_to_their_end() {
     }
 }
 
-/// Twice as many take twice as long; a tenth of these took as long when each cell read all rows.
+/// Twice as many take twice as long; reading all rows for each cell took as long for a tenth of them.
 #[test]
 fn a_page_of_many_replicates_is_made_in_seconds() {
     let folder = scratch("hostile", "replicates");
@@ -186,7 +190,7 @@ fn refused(output: Output) -> String {
     said
 }
 
-/// Stacks that are too large for any machine represent a system that does not let a process start a thread.
+/// Stacks that are too large for any machine represent a system in which a process cannot start a thread.
 #[test]
 fn without_threads_there_is_a_message() {
     let file = calibrated().join("platoon.csv");

@@ -14,7 +14,7 @@ use std::time::{Duration, Instant};
 
 type Files = BTreeMap<String, Vec<u8>>;
 
-/// Kills that must hit while a folder is being changed, of each command.
+/// For each command, number of kills that must hit while a folder is being changed.
 fn kills() -> usize {
     std::env::var("LEADLAG_KILLS").map_or_else(|_| sample::times(12), |kills| kills.parse().expect("a number"))
 }
@@ -43,7 +43,7 @@ impl Moments {
     }
 }
 
-/// Starts a command and waits until it begins to change the folder; none if it ended before that was detected.
+/// Starts a command and waits until it begins to change the folder; `None` if it ended before the change was detected.
 fn begun(command: &[&str], folder: &Path) -> Option<std::process::Child> {
     let new = folder.join(".leadlag-new");
     // Files left by the previous one would count as a start.
@@ -60,7 +60,7 @@ fn begun(command: &[&str], folder: &Path) -> Option<std::process::Child> {
     Some(child)
 }
 
-/// Changes a folder by turns with two commands, killing each; `read` is a command that reads the folder.
+/// Changes a folder with two commands in turn, killing each; `read` is a command that reads the folder.
 fn kill(folder: &Path, commands: [&[&str]; 2], read: &[&str]) {
     let results = commands.map(|command| {
         ok(command);

@@ -1,4 +1,4 @@
-//! Drives of different drivers that are given as one car are noticed, and drives of one are not.
+//! Drives of different drivers that are given as one car are detected, and drives of one are not.
 
 use crate::common::program::{leadlag, scratch, stderr, stdout, text};
 use leadlag::internal::optimize::{normal, stream};

@@ -97,8 +97,8 @@ fn it_is_calibrated_and_its_result_needs_no_file() {
     assert_eq!(fit.expect("feasible").to_json(), written);
 }
 
-/// Calibration by derivatives needs only the text of a law: on an unknown law and on others it comes as far as a long search by scores,
-/// with a fraction of its simulations. The share is the gain at which a descent ends.
+/// Calibration by derivatives needs only the text of a law: on an unknown law and on others it reaches the result of a long search by
+/// scores, with a fraction of its simulations. The share is the gain at which a descent ends.
 #[test]
 fn auto_comes_as_far_as_a_long_search() {
     const LONG: u64 = 40_000;
@@ -250,7 +250,7 @@ fn a_file_is_told_for_what_it_is() {
     let taken = write("idm.wgsl", &FVDM.replace("my_fvdm", "idm"));
     for (model, more, code, expected) in [
         (text(&extension), &[][..], 2, "is an extension: it has no function `slow_law`"),
-        ("idm", &["--extend", text(&law)][..], 2, "my_fvdm is a law, a base model of its own"),
+        ("idm", &["--extend", text(&law)][..], 2, "my_fvdm is a law, a separate base model"),
         ("kraus", &[][..], 2, "did you mean `krauss`?"),
         ("no_such.wgsl", &[][..], 1, "no_such.wgsl: cannot be read"),
         (
@@ -276,7 +276,7 @@ fn a_file_is_told_for_what_it_is() {
             "d.wgsl",
             "_law(own: Parameters, ",
             "_far(p: Params) -> f32 {\n    return equilibrium_spacing(p, 1.0);\n}\nfn d_law(own: Parameters, ",
-            "cannot ask for it itself; define `fn d_equilibrium(own: Parameters, v: f32) -> f32`",
+            "cannot call it; define `fn d_equilibrium(own: Parameters, v: f32) -> f32`",
         ),
         ("c.wgsl", "own.t_h", "own.t_head", "Parameters has no field t_head; it has v_0"),
     ] {

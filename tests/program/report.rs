@@ -201,7 +201,7 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
     )));
 }
 
-/// Two drives as pair files, and how one of them is calibrated in no time.
+/// Two drives as pair files, and a very short calibration of one of them.
 fn two_drives(name: &str) -> (PathBuf, [String; 2]) {
     let folder = scratch("report", name);
     let drive = |seed: &str| {

@@ -80,7 +80,7 @@ fn a_type_has_the_parameters_and_says_what_it_has_not() {
     assert!(!report(&folder).contains("In SUMO"));
 }
 
-/// A fleet of three drivers, the gap of the third of whom is in feet.
+/// A fleet of three drivers, the third one with a gap in feet.
 fn fleet() -> PathBuf {
     let drive = fs::read_to_string(pair()).expect("it was made");
     let mut table = "who,time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
@@ -183,7 +183,7 @@ fn an_export_that_fails_changes_nothing() {
     let sumo = folder.join("sumo");
     ok(&["export", "sumo", text(&folder), "--no-run"]);
     let before = fs::read(sumo.join("vtype.add.xml")).expect("it was exported");
-    // Another result, and a SUMO that ends as soon as it has to drive.
+    // Another result, and a SUMO that ends as soon as it must drive.
     calibrated("failing", "l-cth", &[]);
     let program = folder.join("ends");
     fs::write(

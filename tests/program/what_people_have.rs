@@ -76,7 +76,7 @@ fn a_car_above_the_bound_of_v_0_is_told_before_the_search() {
     let (file, bounds) = (folder.join("pair.csv"), folder.join("bounds.toml"));
     let (done, said) = calibrate(&[text(&file)], &[], &folder.join("fit"));
     assert!(
-        done && said.contains("the follower drives up to 43.0 m/s") && said.contains("up to 35 m/s only"),
+        done && said.contains("the follower drives up to 43.0 m/s") && said.contains("up to 35 m/s: the model"),
         "{said}"
     );
     let (_, said) = calibrate(&[text(&file)], &["--bounds", text(&bounds)], &folder.join("wide"));
@@ -226,7 +226,7 @@ fn maps_have_constants_words_preambles_and_names_of_any_case() {
     assert!(said.contains("lines 1 to 2 not read") && said.contains("line 4 not read: units"), "{said}");
     assert!(said.contains("gap derived from positions and the length") && !said.contains("warning"), "{said}");
     let in_columns = map.replace("lead_length = 4.6\n", "") + "lead_length = 4.6\n";
-    // A constant in place of the columns gives the same.
+    // A constant in place of the columns gives the same result.
     assert_eq!(mapped("constants", &table, &in_columns), said);
 }
 
@@ -556,7 +556,7 @@ fn a_table_of_sumo_without_leaders_says_how_to_get_them() {
 fn shipped_maps_are_printed_to_begin_with() {
     let printed = stdout(&succeeds(&["columns", "ngsim"]));
     assert!(printed.contains("[headerless]") && printed.contains("ahead = "), "{printed}");
-    // Both helps name all of them.
+    // Both help texts name all of them.
     for verb in ["inspect", "calibrate"] {
         let help = stdout(&succeeds(&[verb, "--help"]));
         let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
@@ -689,7 +689,7 @@ fn who_drives_by_a_column_decides_what_is_said_of_the_bounds() {
             .collect::<Vec<_>>()
             .join(" ")
     };
-    assert!(said("by_acc", "ACC").contains("acc: Table 3, for the file says who drives"));
+    assert!(said("by_acc", "ACC").contains("acc: Table 3, because the file says who drives"));
     assert!(said("by_human", "0").contains("although the file says that a human drives"));
     assert!(said("by_name", "Anna").contains("the file names drivers, but not whether they are human"));
 }

@@ -24,7 +24,7 @@ pub fn judges_file(file: &str) -> bool {
     ["shaders/extension/", "shaders/equilibrium/", LAW].iter().any(|part| file.starts_with(part))
 }
 
-/// Common begin of all laws.
+/// Common start of all laws.
 const LAW: &str = "shaders/controller/law.wgsl";
 
 /// The judges of a file.
@@ -61,7 +61,7 @@ impl Judge {
         Judge { case, population, expected, tolerance }
     }
 
-    /// Differences that are noticed with other texts in the place of files.
+    /// Differences that are detected with other texts in place of files.
     pub fn verdict(&self, replace: &dyn Fn(&str, &str) -> Option<String>) -> Result<(), String> {
         let mut lanes = lanes(&self.case, replace).map_err(|e| e.to_string())?;
         let jobs = [Job { case: 0, population: &self.population }];

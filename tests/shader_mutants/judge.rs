@@ -48,7 +48,7 @@ impl Judge {
         (1..=self.original.text().lines().count()).any(|line| self.original.locate(line).0 == file)
     }
 
-    /// The first fault of a text that is noticed, if any.
+    /// The first detected fault of a text, if any.
     pub fn verdict(&self, replace: &dyn Fn(&str, &str) -> Option<String>) -> Result<(), String> {
         let source = Source::model_with(&self.recipe, replace);
         let checked = check(&source).map_err(|e| e.to_string())?;

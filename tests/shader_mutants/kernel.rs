@@ -67,8 +67,8 @@ fn everything_command(state: State, w: World, x: Perceived, a_cmd: f32) -> Done 
 }
 ";
 
-/// Variant (with two plus signs behind it: with the extension above), precision, request, goodness of fit, longest delay \[s\], clipping or rejecting: until everything in the kernel
-/// decides somewhere. Kernels that a driver compiles quickly come first, because the first scene that notices a mutant is the last.
+/// Variant (with two plus signs behind it: with the extension above), precision, request, goodness of fit, longest delay \[s\], clipping or rejecting: so that everything in the
+/// kernel decides somewhere. Kernels that a driver compiles quickly come first, because the first scene that detects a mutant is the last.
 const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 11] = [
     ("idm+linear+constant", Precision::Plain, What::Scores, "nrmse-sva", 0.8, BoundRule::Reject),
     ("l-cth", Precision::Plain, What::Scores, "rmspe-sva", 0.8, BoundRule::Clip),
@@ -90,7 +90,7 @@ const NEAR: usize = 2;
 /// All scenes, run once unchanged.
 pub struct Scenes {
     all: Vec<Scene>,
-    /// File and line of the last mutant that was noticed, and the scene that did.
+    /// File and line of the last detected mutant, and the scene that detected it.
     noticed: Option<(String, usize, usize)>,
 }
 
@@ -99,7 +99,7 @@ impl Scenes {
         Scenes { all: SCENES.into_iter().map(Scene::new).collect(), noticed: None }
     }
 
-    /// The first difference that a scene notices: most kernels never run a given line.
+    /// The first difference that a scene detects: most kernels never run a given line.
     pub fn verdict(&mut self, mutant: &Mutant) -> Result<(), String> {
         let near =
             |(file, line, _): &&(String, usize, usize)| *file == mutant.file && line.abs_diff(mutant.line) <= NEAR;
@@ -193,7 +193,7 @@ fn weak_vehicle() -> Vehicle {
     Vehicle { mfc: Some(mfc), ..vehicle() }
 }
 
-/// Candidates all over the search space, and some beyond it: NaN, overflow, a power that is too large, no reaction.
+/// Candidates from the whole search space, and some beyond it: NaN, overflow, a power that is too large, no reaction.
 fn population_of(variant: Variant, convention: Convention, seed: u64) -> Population {
     let mut all = population(variant, convention, 150, seed);
     let mut changed = |symbol: Symbol, value: f64| {
@@ -264,7 +264,7 @@ impl Scene {
         Ok(text)
     }
 
-    /// Differences that are noticed with another text in the place of a file.
+    /// Differences that are detected with another text in place of a file.
     fn verdict(&mut self, file: &str, text: &str) -> Result<(), String> {
         self.gpu.replace_shader(file, text).map_err(|e| e.to_string())?;
         let found = self.run()?;

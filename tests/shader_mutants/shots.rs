@@ -76,7 +76,7 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
     let v_l = if random.random_range(0..4) == 0 { v_f } else { edgy(random, &[0.0, 15.0], [0.0, 36.0]) };
     let h = p.t_h / 2.0 + p.theta;
     if variant.base.controller == Controller::Gipps && random.random_range(0..4) == 0 {
-        // Where the radicand of Eq. 5 is close to zero.
+        // States with a radicand of Eq. 5 close to zero.
         let zero = p.d_0 + (p.a_min * h * h + v_f * p.t_h + v_l * v_l / p.a_hat_min) / 2.0;
         s = (zero + draw(random, [-0.005, 0.005])).max(0.02);
     }
@@ -123,8 +123,8 @@ fn shot(variant: Variant, convention: Convention, number: u64, trace: &mut Trace
     if run.failure.is_some_and(|f| f.kind == FailureKind::NotFinite) {
         return None;
     }
-    // Near zero the root of a radicand turns the last bit into a whole digit: no tolerance suits the results. A shifted start has a
-    // radicand of zero.
+    // Near zero the root of a radicand turns the last bit into a whole digit, so no tolerance suits the results. A shifted start
+    // has a radicand of zero.
     let room = 2.0 * (start - p.d_0) - p.t_h * v_f - v_l * v_l / p.a_hat_min;
     let radicand = p.a_min * p.a_min * h * h - p.a_min * room;
     let start_only = variant.base.controller == Controller::Gipps && radicand.abs() < 1e-3;

@@ -68,7 +68,7 @@ impl Values {
         values(&self.adapter, &text, &self.inputs, 3 * POINTS)
     }
 
-    /// Differences that are noticed with another text in the place of a file.
+    /// Differences that are detected with another text in place of a file.
     pub fn verdict(&self, file: &str, text: &str) -> Result<(), String> {
         let found = self.computed(file, text)?;
         let is_nan = |bits: u32| f32::from_bits(bits).is_nan();

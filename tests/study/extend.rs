@@ -93,7 +93,7 @@ fn an_extended_study_keeps_the_text_and_tells_its_parameters() {
 fn extensions_that_cannot_be_say_why() {
     for (extend, message) in [
         ("\"actuation_lug\"", "did you mean `actuation_lag`?"),
-        ("\"hard.wgsl\"", "hard.wgsl: cannot be read; its name starts from the folder of the plan"),
+        ("\"hard.wgsl\"", "hard.wgsl: cannot be read; its path is relative to the folder of the plan"),
         ("\"soft.wgsl\", \"soft.wgsl\"", "calibration.extend: extension soft: the model contains it already"),
     ] {
         let file = plan("extend_bad", &format!("extend = [{extend}]"), OWN);
@@ -139,7 +139,7 @@ fn the_first_scored_sample_counts_the_delay_of_an_extension() {
     }
 }
 
-/// 25 s of a car behind two others, from a start time on; steps of 1/8 s are the same to the last bit for any start.
+/// 25 s of a car behind two others, from a start time on; steps of 1/8 s have the same bits for any start.
 fn pair(start: f64, lead2: f64) -> String {
     let head = "time_s,lead_speed_mps,speed_mps,spacing_m,lead2_speed_mps,lead2_spacing_m\n".to_owned();
     (0..200).fold(head, |mut text, i| {

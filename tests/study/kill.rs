@@ -75,7 +75,7 @@ fn kill_runs(optimizer: &str, evaluations: u32) {
         }
         middle += usize::from(after.len() > before.len());
         before = after;
-        // If it is nearly done before enough kills, part of the work is removed.
+        // If the work is nearly finished before enough kills, part of it is removed.
         if before.len() > 100 {
             let some: Vec<String> = before.keys().take(60).cloned().collect();
             for name in some {

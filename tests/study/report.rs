@@ -189,7 +189,8 @@ fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again(
     ok(&["study", "run", text(&study)]);
     same(&reported(&study, &[]), &whole, "after the missing one");
 
-    // Trajectories are in the order of the plan, whichever parts are there: here none of the first trajectory with the first variant.
+    // Trajectories are in the order of the plan, whichever parts exist; in this test the first trajectory has none with the first
+    // variant.
     let tasks = fs::read_to_string(study.join("tasks.jsonl")).unwrap();
     let tasks: Vec<serde_json::Value> = tasks.lines().map(|line| serde_json::from_str(line).unwrap()).collect();
     let key = |task: &serde_json::Value| ["platoon", "follower", "variant"].map(|key| task[key].to_string());

@@ -29,7 +29,7 @@ fn the_scripts_say_what_slurm_needs() {
         )
     );
     let [array, merge] = scripts(&study);
-    // 24 tasks of 600 s, on jobs of 2 cores that take 30 min: 4 jobs; allowed are three times as much and 10 min.
+    // 24 tasks of 600 s, on jobs of 2 cores that take 30 min: 4 jobs. The time limit is three times as much and 10 min.
     let name = "plan";
     let expected = [
         &format!("--job-name={name}"),
@@ -74,7 +74,7 @@ fn the_number_of_jobs_follows_from_what_was_measured() {
     ok(&["study", "run", text(&study), "--task", id]);
     let said = submit(&[]);
     assert!(said.contains("23 of 24 tasks open") && said.contains("measured, 1 task in 1 run"), "{said}");
-    // Never more jobs than tasks, nor than are allowed.
+    // Never more jobs than tasks or than the limit.
     submit(&["--task-seconds", "1e6"]);
     assert!(options(&scripts(&study)[0]).contains(&"--array=1-23"));
     submit(&["--task-seconds", "1e6", "--most", "7", "--sbatch", "--partition=short", "--sbatch", "--mem=2G"]);

@@ -60,7 +60,7 @@ fn all_evaluators_agree_on_the_new_variants() {
                     (a, b) => a != b,
                 })
                 .collect();
-            // A few candidates drawn from the whole box are so unstable that no f32 program follows the f64 one.
+            // A few candidates from the whole box are so unstable that no f32 program follows the f64 one.
             let allowed = if precision == "f64" { 0 } else { found.len() / 10 };
             assert!(
                 disagree.len() <= allowed,

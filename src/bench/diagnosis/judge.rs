@@ -32,7 +32,7 @@ pub struct DiagnosisOutcome {
     pub truth: BTreeMap<String, f64>,
     /// The verdict; `failed` if the drives could not be made, `undiagnosed` if the diagnosis ended in an error.
     pub verdict: String,
-    /// Why.
+    /// The reason.
     pub reason: String,
     /// Adopted causes; they are names only if the verdict says so.
     pub adopted: Vec<String>,
@@ -60,7 +60,7 @@ pub struct DiagnosisOutcome {
     /// were named right.
     #[serde(default)]
     pub known: Option<Known>,
-    /// Why `known` is missing; `None` if it is there, or was not requested.
+    /// Why `known` is missing; `None` if it is present, or was not requested.
     #[serde(default)]
     pub unknown: Option<String>,
     /// Causes that the race recommends from the training drives; empty if it recommends none, `None` if a journal lacks the entry.
@@ -175,8 +175,8 @@ fn family_of(name: &str) -> &str {
     extension_named(name).map_or(name, Extension::family)
 }
 
-/// Judges an outcome: wrong as soon as it has an unplanted name. In gusts, the phase family counts as one name. So do drag and a headway
-/// that depends on speed, always, because they are the same in steady state.
+/// Judges an outcome: wrong if any name is not planted. In gusts, the phase family counts as one name. Drag and a headway that depends
+/// on speed always do, because they are the same in steady state.
 #[must_use]
 pub fn judge(outcome: &DiagnosisOutcome) -> Judgement {
     let named = ["named", "ambiguous"].contains(&outcome.verdict.as_str());

@@ -79,7 +79,7 @@ pub(super) const BASES: [&str; Base::VARIANTS.len()] = {
     }
     names
 };
-/// Drives without any effect, per base; a third of them have coloured noise.
+/// Drives without any effect, per base; a third of them has coloured noise.
 const SILENT: usize = 24;
 /// Effects that a calibration absorbs.
 const ABSORBED: [EffectKind; 4] =

@@ -128,7 +128,7 @@ fn colour(drive: &mut Synthetic, seed: u64) {
     }
 }
 
-/// What a user would have: a pair file, read again.
+/// The drive as users have it: a pair file, read again.
 fn measured(drive: &Synthetic, number: usize, without_grade: bool) -> Result<Drive, BenchError> {
     let mut file = Vec::new();
     plant::write_pair(drive, 2, &mut file).expect("a Vec takes all, and there is a follower 2");

@@ -32,7 +32,7 @@ pub struct Tally {
 /// A target of the benchmark, and the value reached.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Bar {
-    /// What the target counts.
+    /// The counted quantity.
     pub what: String,
     /// Cases that count.
     pub cases: usize,
@@ -135,7 +135,7 @@ pub struct DiagnosisReport {
     pub powers: Vec<Power>,
     /// The same for each effect.
     pub powers_by_effect: Vec<Power>,
-    /// Distance of drives without an effect from a name, on each base and on all.
+    /// How close drives without an effect come to a name, on each base and on all.
     pub silence: Vec<Silence>,
     /// Medians over the cases: CPU time \[s\], simulated candidates.
     pub cost: [f64; 2],
@@ -316,7 +316,7 @@ mod tests {
     use super::*;
     use crate::diagnose::judge::oracle::Known;
 
-    /// An outcome with the gain of the truth, of which 16 nats are needed, if the journal has it.
+    /// An outcome with the gain of the truth, if the journal has it; a name needs 16 nats.
     fn outcome(kind: &str, causes: &[&str], adopted: &[&str], gain: Option<f64>) -> DiagnosisOutcome {
         let names = |names: &[&str]| names.iter().map(|&name| name.to_owned()).collect::<Vec<_>>();
         let task = DiagnosisTask {
@@ -354,7 +354,7 @@ mod tests {
             outcome("none", &[], &[], None),
             outcome("coloured", &[], &["periodic"], None),
             outcome("pair", &["grade", "jerk_limit"], &["jerk_limit", "grade"], None),
-            // The second effect gains 10 of 16 nats needed.
+            // The second effect gains 10 of the 16 nats needed.
             outcome("pair", &["grade", "jerk_limit"], &["grade"], Some(90.0)),
             outcome("absorbed", &["range_scale"], &[], None),
             // Named right, though the truth gains less than it needs.

@@ -66,7 +66,7 @@ impl DiagnosisReport {
         }
         let _ = writeln!(
             text,
-            "\n{} of {} cases, {} of them could not be made\nmedian {:.0} s of CPU and {:.0} simulated candidates each",
+            "\n{} of {} cases, {} of them could not be generated\nmedian {:.0} s of CPU and {:.0} simulated candidates each",
             self.outcomes.len(),
             self.planned,
             self.failed(),

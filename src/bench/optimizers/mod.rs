@@ -142,8 +142,8 @@ const WALL_TARGET_S: f64 = 3.0;
 /// Surfaces over which the spread is to be small: every variant on every follower.
 const SURFACES: usize = Variant::COUNT as usize * 12;
 
-/// Surfaces from one to the next in the order of the spread: no common factor with their number, and near its golden section, so that
-/// the first ones of any number lie evenly over variants and followers. A run that was stopped early is a fair sample.
+/// Step from one surface to the next in the order of the spread. It has no common factor with their number and is close to its golden
+/// section, so that the first few spread evenly over variants and followers. So a run that was stopped early is a fair sample.
 const STEP: usize = 667;
 
 /// Replicates whose spread is measured.

@@ -16,7 +16,7 @@ pub struct Finding {
     pub at_most: bool,
     /// The value; none before any run.
     pub found: Option<f64>,
-    /// Number of tasks for the value: finished, and planned for the whole target; a quick run plans a part of them.
+    /// Number of tasks for the value: finished, and planned for the whole target; a quick run plans only some of them.
     pub tasks: [usize; 2],
     /// Whether it is met; none unless all tasks of the target are done.
     pub met: Option<bool>,

@@ -17,7 +17,7 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Thirty cases of 5 minutes with little searching, instead of all of 15 minutes
+    /// Thirty cases of 5 minutes with a short search, instead of all cases of 15 minutes
     #[arg(long)]
     quick: bool,
     /// Number of cases, in shuffled order
@@ -35,7 +35,7 @@ pub struct Args {
     /// Only cases of this kind
     #[arg(long, value_name = "KIND", value_parser = ["one", "pair", "none", "coloured", "absorbed", "outside", "family"])]
     only: Option<String>,
-    /// Only this case, by the seed of its own that the journal has; may be given several times
+    /// Only this case, by its own seed in the journal; may be given several times
     #[arg(long, value_name = "SEED")]
     case: Vec<u64>,
     /// Search effort [default: normal, with --quick quick]

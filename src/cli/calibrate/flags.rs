@@ -123,7 +123,7 @@ fn fixed(text: &str) -> Result<(String, f64), String> {
     Ok((name.trim().to_owned(), value))
 }
 
-/// Longest time limit \[s\]: 30 years. A longer one is a slip, and beyond 1.8e19 s no `Duration`.
+/// Longest time limit \[s\]: 30 years. A longer one is a mistake, and beyond 1.8e19 s it is no `Duration`.
 const SECONDS_MAX: f64 = 1e9;
 
 fn seconds(text: &str) -> Result<Duration, String> {
@@ -157,7 +157,7 @@ impl Args {
     /// The calibration by the flags, for one of the models.
     ///
     /// # Errors
-    /// As [`Args::settings`], and where evaluator and precision contradict each other.
+    /// As [`Args::settings`], and if evaluator and precision contradict each other.
     pub fn calibration(&self, model: Variant) -> anyhow::Result<Calibration> {
         let mut calibration = Calibration::of_variant(model);
         calibration.bounds.clone_from(&self.bounds);

@@ -104,7 +104,7 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
             if let Some(path) = twice {
                 let shown = path.display();
                 return Err(Usage(format!(
-                    "--holdout {shown}: it is calibrated on, too; give another file, or a share"
+                    "--holdout {shown}: it is also used for calibration; give another file, or a share"
                 ))
                 .into());
             }
@@ -159,7 +159,7 @@ fn write(
     folder::finish(change, folder, Vec::new())
 }
 
-/// The files of every calibration that has a result, as of one pair alone: made again, which finds the same bits.
+/// The files of every calibration with a result, like those of a single pair. Another calibration finds the same bits.
 fn each(
     args: &Args,
     calibrations: &[Calibration],

@@ -48,7 +48,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return Err(unusable.swap_remove(first));
     }
     anyhow::ensure!(!loaded.is_empty(), "{}", named(&unusable));
-    // Before the work: a refused folder must not cost a calibration.
+    // Before the work, so that a refused folder does not cost a calibration.
     let together = args.joint || (loaded.len() == 1 && unusable.is_empty());
     let folders = if together { vec![args.out.clone()] } else { folders(&args.out, &loaded) };
     if !together {
@@ -118,7 +118,7 @@ fn folders(out: &Path, loaded: &[Loaded]) -> Vec<PathBuf> {
         }
         let numbered = (2..).map(|k| format!("{name}_{k}"));
         let free = std::iter::once(name.clone()).chain(numbered).find(|n| !names.contains(n));
-        names.push(free.expect("one of endlessly many numbers is free"));
+        names.push(free.expect("one of infinitely many numbers is free"));
     }
     names.iter().map(|name| out.join(name)).collect()
 }
@@ -133,12 +133,12 @@ fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path)
     once(loaded.iter().map(|one| &one.trajectory))?;
     let prepared = calibration.prepare(loaded)?;
     let mut evaluator = calibration.build(&prepared.reference)?;
-    // Before the work: an unwritable folder must not cost a calibration.
+    // Before the work, so that an unwritable folder does not cost a calibration.
     output::make_folder(folder)?;
     let started = Instant::now();
     let apart = calibration.apart(&prepared, loaded, &interrupt::asked)?;
     if let Some(apart) = &apart {
-        warn(&format!("--joint: {apart}; without --joint each gets parameters of its own"));
+        warn(&format!("--joint: {apart}; without --joint each gets its own parameters"));
     }
     let mut bar = progress::Bar::new(&calibration.search);
     let found = calibration.search(evaluator.as_mut(), &prepared, loaded, &mut |progress| bar.update(progress));
@@ -159,7 +159,7 @@ fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path)
     if args.plot {
         plot(&result, &reference, loaded)?;
     }
-    // With several calibrations the output has to name the folder of each.
+    // With several calibrations the output must name the folder of each.
     let whose = match loaded {
         [one] if args.files.len() > 1 => {
             format!(" of {}, follower {},", one.trajectory.source.path, one.trajectory.follower)

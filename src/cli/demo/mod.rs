@@ -23,7 +23,7 @@ use std::path::{Path, PathBuf};
 const EVALUATIONS: &str = "12000";
 /// The base model to examine. The car follows it, plus the hidden effect.
 const BASE: &str = "idm";
-/// The file has no positions: the platoon leader starts at the beginning of the road table, also where a window of time is cut out.
+/// The file has no positions: the platoon leader starts at the beginning of the road table, even if a window of time is cut out.
 const ROAD: [&str; 2] = ["--lead-start", "0"];
 
 #[derive(Debug, clap::Args)]
@@ -137,7 +137,7 @@ impl Demo {
         Ok(Found { outcome, held_back })
     }
 
-    /// Options that give a model its place on the road, if it needs one.
+    /// Options for the position of a model on the road, if it needs one.
     fn road<'a>(&self, slope: &'a str, causes: &[String]) -> anyhow::Result<Vec<&'a str>> {
         let model = extend(BASE.parse()?, causes)?;
         let wanted = model.needs_position();
@@ -170,7 +170,7 @@ impl Demo {
 
     /// Writes the report; returns its path.
     fn report(&self) -> anyhow::Result<String> {
-        tell::step("5. All of it as one HTML file")?;
+        tell::step("5. Write everything as one HTML file")?;
         let (diagnosis, page) = (self.path("diagnosis"), self.path("report.html"));
         self.command(&["report", &diagnosis, "-o", &page], None)?;
         Ok(page)

@@ -134,7 +134,7 @@ fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
         return match outcome.verdict {
             Verdict::Nothing => "right: nothing was hidden, and nothing is named".to_owned(),
             Verdict::Named | Verdict::Ambiguous => "wrong: no effect was planted".to_owned(),
-            _ => "not named, as nothing was hidden; but it should have ended with `nothing`".to_owned(),
+            _ => "no name, and nothing was hidden; but the verdict should be `nothing`".to_owned(),
         };
     };
     let name = hidden.kind().into_str();
@@ -147,7 +147,7 @@ fn judgement(outcome: &Outcome, hidden: Option<&Effect>) -> String {
                 truth.zip(p.interval).is_none_or(|(truth, [low, high])| (low..=high).contains(&truth))
             });
             let size = if inside { "within" } else { "but outside" };
-            let also = if several { "; another name beside it was not hidden" } else { "" };
+            let also = if several { "; another named effect was not hidden" } else { "" };
             format!("right, {size} the 95 % intervals{also}")
         }
         (Verdict::Named, None) => {

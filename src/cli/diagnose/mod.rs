@@ -244,7 +244,7 @@ fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
             .map_err(|e| anyhow::Error::new(e).context(format!("{}: cannot read the cause", path.display())))?;
         let own = read_extension(&path.display().to_string(), &text)?;
         if causes.iter().any(|known| known.name == own.name) {
-            return Err(Usage(format!("--causes {}: there is a cause {} already", path.display(), own.name)).into());
+            return Err(Usage(format!("--causes {}: a cause {} exists already", path.display(), own.name)).into());
         }
         own.warnings.iter().for_each(|text| warn(text));
         causes.push(own);

@@ -112,7 +112,7 @@ pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec
         let suffix = if count == 1 { String::new() } else { format!("_{number}") };
         let path = folder.join(format!("simulation{suffix}.csv"));
         if !path.exists() {
-            eprintln!("warning: {} is not there, so its charts are missing", path.display());
+            eprintln!("warning: {} is missing, and so are its charts", path.display());
             continue;
         }
         let table = columns(&path)?;
@@ -129,7 +129,7 @@ pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec
             first: entry.first_scored,
         };
         if let Some(why) = one.other_drive(entry) {
-            eprintln!("warning: {} is of another drive: {why}; {LEFT_OUT}", path.display());
+            eprintln!("warning: {} belongs to another drive: {why}; {LEFT_OUT}", path.display());
             continue;
         }
         for (k, label) in ["residual of s [m]", "residual of v [m/s]", "residual of a [m/s²]"].into_iter().enumerate()

@@ -55,7 +55,7 @@ pub fn rows(path: &Path, file: &FleetFile) -> anyhow::Result<Vec<Shown>> {
     Ok(rows)
 }
 
-/// Names those without a name by their file, or by their number where several have files of one name.
+/// Names those without a name by their file, or by their number if several files have the same name.
 fn name_by_files(rows: &mut [Shown], files: &[String]) {
     let stems: Vec<&str> = files
         .iter()

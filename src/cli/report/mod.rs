@@ -136,7 +136,10 @@ fn one(file: &Path, folder: &Path, made: Option<&MadeBy>) -> anyhow::Result<Stri
     let mut exported = Export::read(&folder.join("sumo/loss.json"))?;
     if exported.as_ref().is_some_and(|export| Source::of(file).is_ok_and(|now| now.sha256 != export.result_sha256)) {
         let (folder, file) = (folder.join("sumo"), file.display());
-        eprintln!("warning: {} is of another result than {file}, so it is left out; export it again", folder.display());
+        eprintln!(
+            "warning: {} belongs to another result than {file}, so it is left out; export it again",
+            folder.display()
+        );
         exported = None;
     }
     let exported =

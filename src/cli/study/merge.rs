@@ -20,7 +20,7 @@ pub struct Args {
     /// A further folder of parts, computed elsewhere; may be given several times
     #[arg(long, value_name = "DIR")]
     parts: Vec<PathBuf>,
-    /// Write the tables although tasks are missing
+    /// Write the tables even if tasks are missing
     #[arg(long)]
     partial: bool,
     /// Folder for the tables [default: merged, in the study's folder]

@@ -72,7 +72,7 @@ pub fn is_usage(error: &StudyError) -> bool {
     match error {
         Plan(plan) => !matches!(plan, crate::study::PlanError::Read { .. }),
         Drive(DriveError::Prepare { source, .. }) => super::is_usage(&PrepareError::clone(source).into()),
-        // Settings that these data need and the plan lacks.
+        // Settings that these data need but the plan lacks.
         Drive(DriveError::Several { .. } | DriveError::Map { .. }) | Missing { .. } => true,
         Drive(DriveError::Vehicle(vehicle)) => matches!(vehicle, VehicleError::Unknown { .. }),
         Bounds { .. } | ForeignPlan(_) | NoTask { .. } | PlanForFolder(_) => true,

@@ -22,7 +22,7 @@ pub struct Args {
     /// Folder of the data, instead of that of the plan
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
-    /// List the tasks although stdout is a terminal; into a file or another program they are listed anyway
+    /// List the tasks even if stdout is a terminal; they are always listed into a file or another program
     #[arg(long)]
     tasks: bool,
     /// List the trajectories: their files with checksums, and changes to the data
@@ -77,7 +77,7 @@ fn in_short(study: &Study) -> String {
     text
 }
 
-/// Cars that count as one because their files give both no name.
+/// Cars that count as one because their files name neither.
 fn taken_for_one(study: &Study) -> Option<String> {
     let tried = (0..study.drives.len()).filter(|&i| !study.validated_on(i).is_empty());
     let mut names: Vec<&str> =
@@ -109,7 +109,7 @@ fn not_validated(study: &Study) -> Option<String> {
     ))
 }
 
-/// Trajectories that are validated on measurements of their own calibration.
+/// Trajectories whose validation uses measurements of their own calibration.
 fn same_data(study: &Study) -> Option<String> {
     let pairs = (0..study.drives.len()).flat_map(|i| study.validated_on(i).into_iter().map(move |k| [i, k]));
     let shared = pairs.map(|pair| pair.map(|i| &study.drives[i])).find_map(|[own, other]| {

@@ -18,7 +18,7 @@ pub struct Args {
     /// A further folder of parts, computed elsewhere; may be given several times
     #[arg(long, value_name = "DIR")]
     parts: Vec<PathBuf>,
-    /// Report although tasks are missing
+    /// Write the report even if tasks are missing
     #[arg(long)]
     partial: bool,
     /// Folder for tables and figures [default: report, in the study's folder]

@@ -34,7 +34,7 @@ pub struct Args {
     /// Skip tasks that other runs are working on instead of waiting
     #[arg(long)]
     no_wait: bool,
-    /// Folder of the data, if it has moved since the study was planned
+    /// Folder of the data, if it has moved since the plan
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
     /// Number of simultaneous calibrations; does not change results [default: 8 per thread, 512 on a GPU]
@@ -81,7 +81,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         bail!("{}", interrupted(&progress, chosen.len(), &again));
     }
     report(&summary, &progress, started.elapsed());
-    // The process that ends last may not be the one with the last task.
+    // The last process to end may not be the one with the last task.
     let is_whole = tasks.iter().all(|task| folder.part(&task.id).is_file());
     eprintln!("continue with: leadlag study {} {}", if is_whole { "merge" } else { "status" }, shown(args));
     Ok(())
@@ -122,7 +122,7 @@ fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
     Ok(chosen)
 }
 
-/// Index of the only task whose id begins so.
+/// Index of the only task whose id begins with this text.
 fn named(id: &str, tasks: &[Task]) -> anyhow::Result<usize> {
     if id.is_empty() {
         return Err(Usage("--task: expected an id, found nothing".to_owned()).into());

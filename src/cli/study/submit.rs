@@ -31,7 +31,7 @@ pub struct Args {
     /// Target time of a job; the number of jobs follows from it
     #[arg(long, value_name = "MIN", default_value_t = 30, value_parser = whole(1_u16, 10_000))]
     minutes: u16,
-    /// Jobs of the array at most; a cluster has a limit of its own (MaxArraySize)
+    /// Largest number of jobs of the array; the cluster also has a limit (MaxArraySize)
     #[arg(long, value_name = "N", default_value_t = 1000, value_parser = whole(1_u16, 60_000))]
     most: u16,
     /// CPU seconds that a task takes [default: as measured in earlier runs]
@@ -59,7 +59,7 @@ struct Job<'a> {
     out: PathBuf,
     jobs: usize,
     limit_min: u64,
-    /// Whether runs notice each other.
+    /// Whether runs can detect each other.
     locks: bool,
     why: String,
 }
@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let work = open as f64 * seconds;
     let one = f64::from(args.minutes) * 60.0 * f64::from(args.cpus);
     let jobs = ((work / one).ceil().max(1.0) as usize).min(usize::from(args.most)).min(open);
-    // A task is computed by one core at a time.
+    // One core at a time computes a task.
     let takes_s = (work / jobs as f64 / f64::from(args.cpus)).max(seconds);
     folder.make()?;
     let absolute =
@@ -114,7 +114,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let [jobs, cores] = [(job.jobs as u64, "job"), (u64::from(args.cpus), "core")].map(|(n, word)| counted(n, word));
     eprintln!("{jobs} of {cores}, {:.0} min expected, {} min allowed", (takes_s / 60.0).ceil(), job.limit_min);
     if !job.locks {
-        eprintln!("files cannot be locked in this folder: each job computes its own share only");
+        eprintln!("files cannot be locked in this folder: each job computes only its own share");
     }
     eprintln!("nothing was submitted; to submit:");
     let [array, merge] = [&array, &merge].map(|path| quoted(&path.display().to_string()));
@@ -136,7 +136,7 @@ fn per_task(args: &Args, folder: &Folder, study: &StudyFile) -> anyhow::Result<(
     let seconds = study.max_evaluations as f64 * mean / STEPS_PER_S;
     let shown = quoted(&args.folder.display().to_string());
     let first = folder.tasks()?.first().map_or(String::new(), |task| task.id.clone());
-    eprintln!("nothing was measured yet; run one task first to measure its time:");
+    eprintln!("no time was measured yet; run one task first to measure its time:");
     eprintln!("  leadlag study run {shown} --task {first}");
     let rate = STEPS_PER_S / 1e6;
     let max = study.max_evaluations;

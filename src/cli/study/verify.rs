@@ -23,13 +23,13 @@ pub struct Args {
     /// Share of the parts to compute again, above 0 and at most 1; one part at least
     #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
     share: f64,
-    /// Draws the parts [default: others each time]
+    /// Seed that selects the parts [default: a new selection each time]
     #[arg(long, value_name = "SEED")]
     seed: Option<u64>,
     /// A further folder of parts, computed elsewhere; may be given several times
     #[arg(long, value_name = "DIR")]
     parts: Vec<PathBuf>,
-    /// Folder of the data, if it has moved since the study was planned
+    /// Folder of the data, if it has moved since the plan
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
 }

@@ -61,7 +61,7 @@ pub fn read_to_string(path: &Path, most: u64) -> io::Result<String> {
     String::from_utf8(read(path, most)?).map_err(no_text)
 }
 
-/// Passes on its input until a line is longer than [`LINE_MAX`], or the input exceeds the limit.
+/// Passes its input on until a line is longer than [`LINE_MAX`], or the input exceeds the limit.
 pub struct Lines<R> {
     inner: R,
     /// Bytes of the line so far.

@@ -10,8 +10,8 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
     nearest_within(word, known, |_| limit)
 }
 
-/// The word of `known` nearest to another one, the first of several, if it is no more edits away than `limit` allows for it. Case
-/// does not count; blanks and hyphens are as good as underscores.
+/// The word of `known` nearest to another one, the first of several, if it is at most as many edits away as `limit` allows. Case
+/// does not count; blanks and hyphens equal underscores.
 #[must_use]
 pub fn nearest_within<'a>(
     word: &str,

@@ -4,7 +4,7 @@ use super::steps::longest_step;
 
 /// The gap follows from differences of speeds, which noise hides; a smaller factor is not a unit.
 const FACTOR: f64 = 1.8;
-/// Gap and speeds must vary together as closely as this before their ratio is believed: squared correlation.
+/// Smallest squared correlation of gap and speeds at which their ratio counts.
 const TOGETHER: f64 = 0.8;
 /// The gap is compared with the speeds over stretches of this length \[s\].
 const WINDOW_S: f64 = 5.0;
@@ -24,7 +24,7 @@ pub(super) fn is_unit(ratio: &f64) -> bool {
     !(1.0 / FACTOR..=FACTOR).contains(ratio)
 }
 
-/// The same, where it is about 1, too.
+/// The same, even if it is about 1.
 pub(super) fn ratio<'a>(drives: impl IntoIterator<Item = (&'a [f64], &'a [f64], &'a [f64])>) -> Option<f64> {
     let (mut xx, mut xy, mut yy, mut windows) = (0.0, 0.0, 0.0, 0);
     for (t, dv, distance) in drives {

@@ -128,13 +128,13 @@ pub struct Car {
     pub length: Option<f64>,
     /// Speed \[m/s\].
     pub v: Vec<f64>,
-    /// Cumulative position along the road \[m\], where measured.
+    /// Cumulative position along the road \[m\], if measured.
     pub x: Option<Vec<f64>>,
-    /// Bumper-to-bumper gap to the car numbered one less \[m\], where measured.
+    /// Bumper-to-bumper gap to the car with the next lower number \[m\], if measured.
     pub gap: Option<Vec<f64>>,
-    /// Acceleration \[m/s²\], where the file gives one (checked by `inspect`, never simulated against).
+    /// Acceleration \[m/s²\], if the file gives one (checked by `inspect`, never simulated against).
     pub a: Option<Vec<f64>>,
-    /// Sine of the road grade under this car, where the file gives one.
+    /// Sine of the road grade under this car, if the file gives one.
     pub sin_grade: Option<Vec<f64>>,
     /// Faults of its own signals; results that need these signals are unavailable.
     pub faults: Faults,
@@ -229,9 +229,9 @@ pub struct Trajectory {
     pub v_f: Vec<f64>,
     /// Measured bumper-to-bumper spacing \[m\].
     pub s: Vec<f64>,
-    /// Speed of the car ahead of the preceding vehicle \[m/s\], where measured.
+    /// Speed of the car ahead of the preceding vehicle \[m/s\], if measured.
     pub v_l2: Option<Vec<f64>>,
-    /// Gap between those two \[m\], where measured.
+    /// Gap between those two \[m\], if measured.
     pub s_l2: Option<Vec<f64>>,
     /// Road grade, where known.
     pub grade: Option<Grade>,

@@ -67,7 +67,7 @@ pub enum Note {
     IdAgain { id: String, line: u64, read_as: String },
     /// Lines around the header that hold no data, from this one on.
     LinesSkipped { line: u64, lines: u64, what: String },
-    /// Vehicles whose number an earlier one had.
+    /// Vehicles with the number of an earlier one.
     NumbersAgain { vehicles: usize, numbers: usize },
     /// Vehicles with impossible values, whose pairs are left out.
     BrokenLeftOut { vehicles: usize, problem: String },
@@ -94,7 +94,7 @@ impl fmt::Display for Note {
             Note::LeadersAbsent { vehicles } => {
                 write!(
                     f,
-                    "{vehicles} vehicles name a vehicle ahead that is not in the table; what they drive behind it is left out"
+                    "{vehicles} vehicles name a vehicle ahead that is not in the table; those stretches are left out"
                 )
             }
             Note::LongVehicles { column, median_m } => write!(
@@ -180,7 +180,7 @@ impl fmt::Display for Note {
                 write!(f, "line {line} repeats another row exactly; used once")
             }
             Note::RowsRepeated { rows, line } => {
-                write!(f, "{rows} rows are exact repetitions and used once, the first in line {line}")
+                write!(f, "{rows} rows are exact repetitions and count once, the first in line {line}")
             }
             Note::Found { finding } => write!(f, "{}", finding.told()),
             Note::GradeFromColumn { points } => {

@@ -4,7 +4,7 @@ use super::Trajectory;
 use std::ops::Range;
 
 impl Trajectory {
-    /// The beginning, and the rest from sample `at` on.
+    /// The start, and the rest from sample `at` on.
     #[must_use]
     pub fn split(&self, at: usize) -> [Trajectory; 2] {
         let part = |range: Range<usize>, name: &str| {

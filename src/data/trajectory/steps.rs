@@ -1,4 +1,4 @@
-//! Steps of a signal that no sum may cross: a pause of the recording, a lap that restarts, a number that another car takes over.
+//! Steps of a signal that sums must not cross: a pause of the recording, a new lap, an id that another car takes over.
 
 use super::prepare::{GRID_TOLERANCE_S, median_step};
 use crate::statistics::order_statistic;
@@ -11,7 +11,8 @@ pub(super) const PAUSE_S: f64 = 1.0;
 const UNUSUAL: f64 = 1.5;
 /// A change of position of more than this multiple of the usual one is not driving: the end of a lap, or another car.
 const JUMP: f64 = 5.0;
-/// Share of the steps that do not exceed the usual change of position, which must not be that of a car that mostly stands.
+/// Share of the steps that do not exceed the usual change of position, so that the usual change is not that of a car that
+/// mostly stands.
 const USUAL: f64 = 0.9;
 
 /// The longest step of time that is not a pause \[s\].

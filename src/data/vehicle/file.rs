@@ -16,7 +16,7 @@ pub enum VehicleError {
     Read {
         /// The file.
         path: String,
-        /// Why.
+        /// The cause of the error.
         source: std::io::Error,
     },
     /// The TOML has another form than expected.
@@ -27,7 +27,7 @@ pub enum VehicleError {
     Toml {
         /// The file.
         path: String,
-        /// Where and why.
+        /// The error and its place.
         source: Box<toml::de::Error>,
     },
     /// The CSV has another form than expected.
@@ -35,7 +35,7 @@ pub enum VehicleError {
     Csv {
         /// The file.
         path: String,
-        /// Where and why.
+        /// The error and its place.
         source: csv::Error,
     },
     /// The curve that a vehicle names, or that is beside its table, is invalid.
@@ -47,7 +47,7 @@ pub enum VehicleError {
         slug: String,
         /// The file of the curve.
         path: String,
-        /// Why.
+        /// The cause of the error.
         source: Box<VehicleError>,
     },
     /// An impossible value.
@@ -57,9 +57,9 @@ pub enum VehicleError {
         path: String,
         /// Its line, from 1.
         line: u64,
-        /// What was expected.
+        /// The expected value.
         expected: &'static str,
-        /// What was found.
+        /// The value found.
         found: String,
     },
     /// An impossible number of a curve.
@@ -71,7 +71,7 @@ pub enum VehicleError {
         line: u64,
         /// Column, and its range.
         expected: String,
-        /// What was found.
+        /// The value found.
         found: f64,
     },
     /// An impossible number of a vehicle.
@@ -81,21 +81,21 @@ pub enum VehicleError {
         path: String,
         /// The vehicle.
         slug: String,
-        /// Which number.
+        /// The quantity.
         quantity: &'static str,
-        /// What was expected.
+        /// The expected value.
         expected: &'static str,
-        /// What was found.
+        /// The value found.
         found: String,
     },
     /// The table has no such vehicle.
     #[error("vehicle `{name}` is not in {table}; it has {}{}", known.join(", "), did_you_mean(name, known.iter().map(String::as_str)))]
     Unknown {
-        /// As asked for.
+        /// The requested one.
         name: String,
         /// The table searched.
         table: String,
-        /// What it has.
+        /// The names in the table.
         known: Vec<String>,
     },
 }
@@ -117,7 +117,7 @@ struct Entry {
     mfc: Option<PathBuf>,
 }
 
-/// A vehicle of a table, without its curve: a curve that is not needed must not cause an error.
+/// A vehicle of a table, without its curve, because an unneeded curve must not cause an error.
 struct Listed {
     vehicle: Vehicle,
     table: String,

@@ -6,8 +6,8 @@ use crate::trajectory::Source;
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-/// Range of the columns \[m/s, m/s², m/s²\]: three times the values of the strongest road cars, and of the
-/// other sign no more than a fit or a car beyond its top speed has.
+/// Range of the columns \[m/s, m/s², m/s²\]: three times the values of the strongest road cars; with the other sign,
+/// the largest values of fits and of cars beyond their top speed.
 const RANGES: [(&str, RangeInclusive<f64>); 3] =
     [("speed_mps", 0.0..=200.0), ("a_ap", -1.0..=30.0), ("a_dp", -30.0..=1.0)];
 

@@ -1,4 +1,4 @@
-//! Tests which of several models predicts better, on the differences of their losses, bin by bin. It knows no cars.
+//! Tests which of several models predicts better, on the differences of their losses, bin by bin. Independent of cars.
 //!
 //! A loss table has one row per model and one column per bin; bins lie in segments (drives), within which neighbours depend on each
 //! other. [`Resamples`] draws bins by the stationary bootstrap; the tests share these draws.

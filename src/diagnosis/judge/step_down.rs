@@ -16,7 +16,7 @@ pub struct Adjusted {
 }
 
 /// Tests gains over a benchmark: one row per model, one number per bin (loss of the benchmark minus loss of the model). Rows of
-/// `passed_over` were tried and are not tested: they only contribute to the distribution of the largest gain by chance.
+/// `passed_over` were tried but are not tested: they only contribute to the distribution of the largest gain by chance.
 ///
 /// # Panics
 /// Unless rows have as many bins as the resamples.

@@ -98,7 +98,7 @@ fn together(gains: &Rows, resamples: &Resamples) -> Vec<f64> {
     sum
 }
 
-/// Tests `models` against a reference. `passed_over` has the training gains of models that were tried and not tested: they only contribute
+/// Tests `models` against a reference. `passed_over` has the training gains of models that were tried but not tested: they only contribute
 /// to the distribution of the largest gain by chance. `laws` are rivals for the confidence set.
 #[must_use]
 pub fn table(

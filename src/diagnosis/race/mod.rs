@@ -95,7 +95,7 @@ pub struct Request<'a> {
     pub rounds: usize,
 }
 
-/// The names: the families that all models have that cannot be distinguished from the best.
+/// The names: the families that all models indistinguishable from the best have in common.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Named {
     /// Causes of the best model, of these families.
@@ -423,9 +423,9 @@ fn power(entered: &[Entry], table: &Table, bins: usize) -> Option<Power> {
     let [needed, gain] = table.found;
     let best = (0..entered.len()).max_by(|&a, &b| table.rows[a].t.total_cmp(&table.rows[b].t))?;
     let (t, minutes) = (table.rows[best].t, bins as f64 * loss::BIN_S / 60.0);
-    // Standard errors fall with the root of the time.
+    // Standard errors fall with the square root of the time.
     let more = minutes * ((needed / t).powi(2) - 1.0);
-    // A gain that is large enough lacks something else than driving.
+    // A large gain fails for another reason than too little driving.
     (gain.is_finite() && t < needed).then(|| Power {
         gain,
         causes: names(&entered[best].causes),
@@ -445,7 +445,7 @@ fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec<Str
 /// The families common to all models with causes that cannot be distinguished from the best at a horizon, provided that the reference can
 /// be distinguished and the model with all these families beats it by more than chance.
 fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Option<Named> {
-    // A cause of no size makes a model no other one.
+    // A cause of size zero does not change the model.
     let counts = |k: usize, cause: &'static Extension| entered[k].has_size(cause, OF_A_NAME, policy.none);
     let has =
         |k: usize, family: &str| entered[k].causes.iter().any(|cause| cause.family() == family && counts(k, cause));

@@ -172,7 +172,7 @@ mod tests {
         let found: Vec<Vec<f64>> =
             far_off(&bins, &Policy::DEFAULT).iter().map(|run| run.iter().map(|bin| bin.when[0]).collect()).collect();
         assert_eq!(found, [[630.0, 640.0]]);
-        // With precise sensors, twenty times the usual error is still too small to see.
+        // With precise sensors, twenty times the usual error is still too small to matter.
         bins.iter_mut().for_each(|bin| bin.error *= 0.1);
         assert!(far_off(&bins, &Policy::DEFAULT).is_empty());
     }

@@ -44,7 +44,7 @@ pub struct Policy {
     pub usual: f64,
     /// Distance from the start or the end of a drive within which such stretches are left out \[s\]: there drivers take over.
     pub edge_s: f64,
-    /// Shortest rest of a drive that counts \[s\]: six bins.
+    /// Shortest remainder of a drive that counts \[s\]: six bins.
     pub least_piece_s: f64,
     /// Probability of the intervals \[-\].
     pub interval: f64,

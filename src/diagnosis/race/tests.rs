@@ -11,7 +11,7 @@ fn cause(name: &str) -> &'static Extension {
 fn pairs_are_causes_that_hide_each_other() {
     let causes = ["dead_zone", "actuation_lag", "leader_accel_ff", "set_speed_change", LEAD].map(cause);
     let names: Vec<Vec<String>> = sets(&causes).iter().map(|set| names(set)).collect();
-    // An event has no fold to be judged on, and the lead is not a property of a car.
+    // No fold can judge an event, and the lead is not a property of a car.
     let expected: [&[&str]; 4] =
         [&["dead_zone"], &["actuation_lag"], &["leader_accel_ff"], &["actuation_lag", "leader_accel_ff"]];
     assert_eq!(names, expected);

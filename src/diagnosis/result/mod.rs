@@ -152,7 +152,7 @@ pub struct DataEntry {
     pub grade: Option<Source>,
 }
 
-/// Treatment of data: results with different treatments do not compare.
+/// Treatment of data: results with different treatments are not comparable.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Treatment {
     /// Smoothed as the paper's authors did.

@@ -17,7 +17,7 @@ pub enum ResultFileError {
     Read {
         /// The file.
         path: String,
-        /// Why.
+        /// The cause of the error.
         source: std::io::Error,
     },
     /// It is not a result file.
@@ -25,7 +25,7 @@ pub enum ResultFileError {
     Json {
         /// The file.
         path: String,
-        /// Where and why.
+        /// The error and its place.
         source: serde_json::Error,
     },
     /// It has another version.
@@ -41,7 +41,7 @@ pub enum ResultFileError {
     Content {
         /// The file.
         path: String,
-        /// What does not fit.
+        /// The contradiction.
         source: ContentError,
     },
 }
@@ -167,7 +167,7 @@ pub enum ContentError {
     #[error(transparent)]
     Convention(#[from] ConventionError),
     /// No built-in extension has this name.
-    #[error("extension {0}: there is no built-in one of this name, and the file has no text of it")]
+    #[error("extension {0}: no built-in extension has this name, and the file does not contain its text")]
     Extension(String),
     /// The text of an extension is not valid.
     #[error(transparent)]

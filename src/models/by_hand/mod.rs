@@ -86,7 +86,7 @@ impl ByHand {
         Native::new(case, gof).map(|native| ByHand(Precise::F64(native)))
     }
 
-    /// One score per candidate. The step of a failure is not kept: it is the last one.
+    /// One score per candidate. A failure does not keep its step, and has the last one.
     ///
     /// # Errors
     /// [`EvaluateError::Room`].

@@ -75,7 +75,8 @@ pub struct Stop {
 
 impl Default for Stop {
     fn default() -> Self {
-        // Eight rounds of `auto` with ten parameters, which may end after four; 8000 generations are the authors' rule for theirs.
+        // Eight rounds of `auto` with ten parameters, which may end after four; 8000 generations are the authors' rule for their
+        // algorithm.
         Stop { max_evaluations: 300_000, max_stall: 8000, max_time: None, target: None }
     }
 }
@@ -111,7 +112,7 @@ pub enum StopReason {
     Stall,
     /// The optimiser expects no more gain.
     Converged,
-    /// The time was spent.
+    /// The time limit was reached.
     Time,
     /// The target was reached.
     Target,

@@ -9,10 +9,10 @@ use crate::score::GoodnessOfFit;
 const HALF_S: f64 = 30.0;
 /// Largest number of drives compared with each other.
 const MOST: usize = 10;
-/// The error of the spacing by what one driver would do is at least this multiple of that by the own half: 2 of 48 made-up single drivers behind different
-/// leaders reach it, 31 of 48 mixtures do, and no three drives of each of four cars with adaptive cruise control on three laws.
+/// The error of the spacing under one common driver is at least this multiple of that from the drive's other half: 2 of 48 made-up single drivers behind
+/// different leaders reach it, 31 of 48 mixtures do, and no three drives of each of four cars with adaptive cruise control on three laws.
 const TIMES: f64 = 2.5;
-/// And larger by at least this \[m\]: smaller differences are those of the measurement.
+/// And larger by at least this \[m\]: smaller differences come from the measurement.
 const LARGER_M: f64 = 1.0;
 /// Simulations per parameter of a half: the result should be close, not exact.
 const PER_PARAMETER: u64 = 1_000;
@@ -38,7 +38,7 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
     apart_until(cases, space, seed, &|| false)
 }
 
-/// The same; `None` once `stop` says so.
+/// The same; `None` after a stop.
 ///
 /// # Errors
 /// As [`apart`].
@@ -94,7 +94,7 @@ pub fn apart_until(
     };
     // Errors of a half: by the other half of the drive, and by the pooled behaviour.
     let errors = |half: usize| Some([square(half, half ^ 1)?, square(half, pooled(half)?)?].map(f64::sqrt));
-    // Both halves of a drive have to agree: a simulation that diverges in one shows nothing of the driver.
+    // Both halves of a drive have to agree: a simulation that diverges in one contains no information about the driver.
     let is_apart = |[own, other]: &[f64; 2]| *other >= TIMES * own && *other >= own + LARGER_M;
     let of_another = |place: usize| {
         let halves = [errors(2 * place)?, errors(2 * place + 1)?];
@@ -110,7 +110,7 @@ pub fn apart_until(
     let values = |i: usize| -> Vec<(usize, f64)> {
         (0..drives.len()).filter_map(|place| Some((drives[place], value(place, i)?))).collect()
     };
-    // Against the difference of the halves of one drive: parameters that no drive determines differ, too.
+    // Relative to the difference between the halves of one drive, because undetermined parameters differ, too.
     let told = |i: usize| {
         let all = values(i);
         let range = |values: &mut dyn Iterator<Item = f64>| {

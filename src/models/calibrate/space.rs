@@ -42,7 +42,7 @@ pub enum BoundsError {
     Read {
         /// The file.
         path: String,
-        /// Why.
+        /// The reason.
         reason: String,
     },
     /// The bounds file is not TOML.
@@ -50,7 +50,7 @@ pub enum BoundsError {
     Text {
         /// The file.
         path: String,
-        /// Where and why.
+        /// The error and its place.
         reason: String,
     },
     /// No variant has such a parameter.
@@ -71,7 +71,7 @@ pub enum BoundsError {
         path: String,
         /// The parameter.
         name: String,
-        /// What was found.
+        /// The value found.
         found: String,
     },
     /// Road loads have no bounds without a vehicle.

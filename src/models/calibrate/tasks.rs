@@ -50,7 +50,7 @@ pub(super) fn run(
     let begun: Vec<Option<Ended>> = tasks.par_iter().map(begin).collect::<Result<_, _>>()?;
     let is_open = |i: &usize| !matches!(begun[*i], Some(Ended::Found(_)));
     let mut going: Vec<usize> = (0..tasks.len()).filter(is_open).collect();
-    // A caller that stopped the searches waits for no others.
+    // After a caller has stopped the searches, no others run.
     if told.lock().unwrap_or_else(std::sync::PoisonError::into_inner).1 {
         going.clear();
     }
@@ -109,7 +109,7 @@ const STEPS_AT_A_TIME: usize = 10_000_000;
 /// Candidates of a generation, for the size of its work.
 const GENERATION: usize = 100;
 
-/// So many searches simulate a generation together where the CPU does it, so that a caller who stops thousands of them need not wait for all.
+/// Number of searches that simulate a generation together on the CPU, so that a caller who stops thousands of them need not wait for all.
 fn at_a_time(evaluator: &dyn Evaluator, tasks: &[Task<'_>]) -> usize {
     let samples = |task: &Task| evaluator.cases()[task.cases.clone()].iter().map(|case| case.s.len()).sum::<usize>();
     let steps = GENERATION * tasks.iter().map(samples).max().unwrap_or(1).max(1);

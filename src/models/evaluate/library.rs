@@ -39,7 +39,7 @@ impl DataLayout {
 /// A data folder that cannot be used.
 #[derive(Debug, thiserror::Error)]
 pub enum OpenError {
-    /// There is nothing of this name.
+    /// There is no file or folder of this name.
     #[error("{0}: expected the folder of the platoon files, or one file; there is none")]
     Missing(String),
     /// Its vehicle table is broken.
@@ -64,7 +64,7 @@ pub enum LibraryError {
     /// A row names a platoon, and no folder was given.
     #[error("platoon {0}: its folder is unknown; give it by --data")]
     NoFolder(String),
-    /// A row names a file that is not there.
+    /// A row names a missing file.
     #[error("{0}: no such file; --data gives its folder, or the file of all rows")]
     NoFile(String),
     /// A row names another platoon than the file that was given.
@@ -98,7 +98,7 @@ pub enum LibraryError {
         platoon: String,
         /// The follower.
         follower: usize,
-        /// How many.
+        /// Their number.
         segments: usize,
     },
     /// It is too short.
@@ -113,11 +113,11 @@ enum Place {
     Folder(PathBuf),
     /// This is the file of all rows.
     File(PathBuf),
-    /// Where the rows say.
+    /// A folder; each row names its file.
     Named,
 }
 
-/// What a row is to be simulated on.
+/// The drive that a row requests.
 #[derive(Debug, Clone, PartialEq, Eq, Hash)]
 pub(super) struct Wanted {
     pub(super) file: NamedFile,
@@ -147,7 +147,7 @@ pub struct Library {
     /// Faults of the data of each follower in use.
     faults: Vec<String>,
     cases: HashMap<Wanted, Result<Case, LibraryError>>,
-    /// The file that was read last: rows of one file mostly follow each other.
+    /// The file read last, because rows of one file are usually adjacent.
     last: Option<(PathBuf, Recording)>,
     sources: Vec<Source>,
     /// Vehicles in use: by short name, and whether the MFC curve was needed.
@@ -162,7 +162,7 @@ impl Library {
     /// built-in table.
     ///
     /// # Errors
-    /// When there is no such folder or file, or a vehicle table is there but cannot be read.
+    /// When there is no such folder or file, or a vehicle table exists but cannot be read.
     pub fn open(
         data: Option<&Path>,
         layout: DataLayout,
@@ -241,7 +241,7 @@ impl Library {
         }
     }
 
-    /// The file of a row, and its layout where that is known.
+    /// The file of a row, and its layout if known.
     fn find(&self, file: &NamedFile) -> Result<(PathBuf, Option<Layout>), LibraryError> {
         let found = match (&self.place, file) {
             (Place::File(path), NamedFile::Platoon(stem)) if !stem.is_empty() && !is_called(path, stem) => {
@@ -296,7 +296,7 @@ impl Library {
         let mut preparation = self.preparation.clone();
         let recording = self.recording(&path, layout)?;
         let mut ids = recording.platoons.iter().filter_map(|platoon| platoon.id.as_deref());
-        // A column of this name in the table means nothing to files without ids.
+        // A column of this name in the table has no meaning for files without ids.
         if let Some(example) = ids.next() {
             preparation.trajectory_id.clone_from(&wanted.trajectory);
             if wanted.trajectory.is_none() && ids.next().is_some() {

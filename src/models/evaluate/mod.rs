@@ -69,7 +69,7 @@ pub enum TableError {
     Read {
         /// The table.
         path: String,
-        /// Where and why.
+        /// The error and its place.
         source: csv::Error,
     },
     /// Far more columns than a table of parameters has.
@@ -119,7 +119,7 @@ pub type Build<'a> = dyn FnMut(Vec<Case>) -> Result<Box<dyn Evaluator>, Evaluate
 /// `path` names the input in messages. `build` makes the evaluators, one per variant. `progress` receives the number of finished rows and may stop the work by returning false.
 ///
 /// # Errors
-/// If the input lacks required columns, or reading or writing fails. A bad row is marked and no error.
+/// If the input lacks required columns, or reading or writing fails. A bad row is marked and is not an error.
 pub fn evaluate_table(
     input: impl Read,
     path: &str,

@@ -19,7 +19,7 @@ pub(super) struct Columns {
     /// The existing ones; a row may fill either.
     model_id: Option<usize>,
     variant: Option<usize>,
-    /// Neither is needed where all rows are of one file.
+    /// Neither is needed if all rows are of one file.
     platoon: Option<usize>,
     file: Option<usize>,
     trajectory: Option<usize>,

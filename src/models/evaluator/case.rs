@@ -41,9 +41,9 @@ pub struct Case {
     pub t_0: f64,
     /// Acceleration of the preceding vehicle \[m/s²\], smoothed as extensions read it; `None`: it follows from `v_l`.
     pub a_l: Option<Arc<[f64]>>,
-    /// Speed of the car ahead of the preceding vehicle \[m/s\], where measured.
+    /// Speed of the car ahead of the preceding vehicle \[m/s\], if measured.
     pub v_l2: Option<Arc<[f64]>>,
-    /// Gap between those two \[m\], where measured.
+    /// Gap between those two \[m\], if measured.
     pub s_l2: Option<Arc<[f64]>>,
     /// Upper bound of τ_p \[s\]: with `delay=fractional` it fixes the scored window for every candidate.
     pub tau_p_upper: f64,
@@ -63,9 +63,9 @@ pub enum CaseError {
         label: String,
         /// The variant.
         variant: String,
-        /// What it needs.
+        /// The required data.
         what: &'static str,
-        /// What to do.
+        /// The remedy.
         remedy: &'static str,
     },
     /// An invalid upper bound of a perception delay.
@@ -100,9 +100,9 @@ pub enum InvalidParameter {
     Domain {
         /// The parameter.
         name: &'static str,
-        /// What was expected.
+        /// The expected value.
         expected: String,
-        /// What was found.
+        /// The value found.
         found: f64,
     },
     /// The delay reaches back before the first sample.
@@ -114,13 +114,13 @@ pub enum InvalidParameter {
         name: String,
         /// The longest delay possible \[s\].
         upper: f64,
-        /// What was found.
+        /// The value found.
         found: f64,
     },
 }
 
 impl Case {
-    /// Checks that a candidate can be simulated; calibration bounds are checked elsewhere.
+    /// Checks that a candidate can be simulated, but not the bounds of a calibration.
     ///
     /// # Errors
     /// The first parameter outside the domain of the equations, or a delay that reaches back before the data.

@@ -13,9 +13,9 @@ use std::sync::Arc;
 pub struct Course {
     /// Time step Δt \[s\].
     pub dt: f64,
-    /// Unladen mass of the follower \[kg\]; 1 where the variant needs no vehicle.
+    /// Unladen mass of the follower \[kg\]; 1 if the variant needs no vehicle.
     pub m_0: f64,
-    /// Its equivalent inertial mass factor; 1 where the variant needs no vehicle.
+    /// Its equivalent inertial mass factor; 1 if the variant needs no vehicle.
     pub phi_f: f64,
     /// Speed of the preceding vehicle \[m/s\].
     pub v_l: Vec<f64>,
@@ -123,7 +123,7 @@ pub enum CourseError {
          {limit}; thin the table out, or use --evaluator reference"
     )]
     Table {
-        /// Which table.
+        /// The table.
         what: &'static str,
         /// Cells needed.
         cells: f64,

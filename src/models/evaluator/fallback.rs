@@ -38,7 +38,7 @@ pub struct Fallback {
 }
 
 impl Fallback {
-    /// Starts with `first`; should it fail, `replace` makes the second one.
+    /// Starts with `first`; if it fails, `replace` makes the second one.
     #[must_use]
     pub fn new(first: Box<dyn Evaluator>, replace: Replace) -> Fallback {
         let (pending, under_way, spent) = (Default::default(), [false; 2], Timings::default());

@@ -128,7 +128,7 @@ impl std::fmt::Display for FailureKind {
 /// A run that ended early.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Failure {
-    /// Why.
+    /// The reason.
     pub kind: FailureKind,
     /// The sample at which it happened.
     pub step: usize,
@@ -168,7 +168,7 @@ impl Score {
     /// The score of a candidate from its scores on several cases, each with the number of samples: their mean.
     ///
     /// A run that ended early outranks a touched bound. Its step includes those of earlier cases, so that of two failed candidates the one
-    /// that came further is the better.
+    /// that came further is better.
     #[must_use]
     pub fn joint(scores: impl IntoIterator<Item = (Score, usize)>) -> Score {
         let (mut sum, mut count, mut passed, mut rejected) = (0.0, 0.0, 0, false);
@@ -196,7 +196,7 @@ impl Outcome {
         }
     }
 
-    /// True if it touched an acceleration bound where that rejects a candidate.
+    /// True if it touched an acceleration bound and the convention rejects such candidates.
     #[must_use]
     pub fn is_rejected(&self, rule: BoundRule) -> bool {
         rule == BoundRule::Reject && self.n_cut_acc + self.n_cut_dec > 0
@@ -211,7 +211,7 @@ pub enum EvaluateError {
     Room {
         /// Candidates in the jobs.
         candidates: usize,
-        /// Scores asked for.
+        /// The requested scores.
         scores: usize,
     },
     /// A delay longer than the evaluator remembers.
@@ -223,7 +223,7 @@ pub enum EvaluateError {
         name: String,
         /// The upper bound \[s\].
         upper: f64,
-        /// What was found.
+        /// The value found.
         found: f64,
     },
     /// The evaluator cannot prepare the case.
@@ -274,15 +274,17 @@ pub enum EvaluateError {
         doing: &'static str,
         /// The device.
         adapter: String,
-        /// What it says.
+        /// Its message.
         message: String,
     },
     /// The memory of the device is too small for this many candidates at once.
-    #[error("{adapter} has not enough memory: {message}; close other programs that use it, or use --evaluator lanes")]
+    #[error(
+        "{adapter} does not have enough memory: {message}; close other programs that use it, or use --evaluator lanes"
+    )]
     Memory {
         /// The device.
         adapter: String,
-        /// What it says.
+        /// Its message.
         message: String,
     },
 }
@@ -352,7 +354,7 @@ impl std::ops::Add for Timings {
 pub trait Evaluator: Send {
     /// The cases; all of one variant.
     fn cases(&self) -> &[Case];
-    /// What is minimised.
+    /// The measure to minimise.
     fn gof(&self) -> &GoodnessOfFit;
     /// `reference`, `lanes` or `gpu`.
     fn name(&self) -> &'static str;

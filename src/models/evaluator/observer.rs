@@ -29,7 +29,7 @@ pub struct Windows {
     pub from: usize,
     /// Samples of a run-up, in which the run is kept on the measurement while memories adjust.
     pub run_up: usize,
-    /// Samples of a window behind it.
+    /// Samples of a window after the run-up.
     pub free: usize,
 }
 
@@ -83,7 +83,7 @@ pub struct Slopes {
 pub struct Observed {
     /// Status, cuts and sums.
     pub raw: Raw,
-    /// Sums of z_1² and z_2² of each block of samples, counted from sample 0; 0 where a run did not come to the end of the block.
+    /// Sums of z_1² and z_2² of each block of samples, counted from sample 0; 0 if a run did not reach the end of the block.
     pub blocks: Vec<[f64; 2]>,
 }
 

@@ -153,7 +153,7 @@ impl Table {
 }
 
 /// Drops nodes that are too close to their neighbour for a table and on a line with it: a grade recorded over time has nodes millimetres
-/// apart where the car crept.
+/// apart while the car crept.
 fn thinned(x: &[f64], y: &[f64]) -> (Vec<f64>, Vec<f64>) {
     let last = x.len() - 1;
     // Half of the cells for the span leaves room for cells narrower than the closest nodes.

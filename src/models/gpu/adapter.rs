@@ -57,7 +57,7 @@ impl Adapter {
     /// The requested one.
     ///
     /// # Errors
-    /// [`EvaluateError::Adapter`] with the adapters present; [`EvaluateError::AddressSpace`] where no driver can be loaded.
+    /// [`EvaluateError::Adapter`] with the adapters present; [`EvaluateError::AddressSpace`] if no driver can be loaded.
     pub fn choose(choice: &AdapterChoice) -> Result<Adapter, EvaluateError> {
         if let Some(limit) = small_address_space() {
             return Err(EvaluateError::AddressSpace { limit, needed: needed_address_space() });

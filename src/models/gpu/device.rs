@@ -113,8 +113,9 @@ impl Opened {
 pub(super) enum Windows {
     /// None.
     Nothing,
-    /// Those of the sample that all candidates are at. A GPU reads such a value once for all, but one after the other if each candidate
-    /// looks up another sample (an NVIDIA H200: a third faster in IDM, eight times slower when delayed samples were also read so).
+    /// Those of the sample that all candidates are at. A GPU reads such a value once for all candidates, but one by one if each
+    /// candidate looks up another sample (NVIDIA H200: a third faster for IDM, eight times slower if delayed samples are also read this
+    /// way).
     Present,
     /// All: a driver on the CPU reads storage lane by lane.
     All,

@@ -89,7 +89,8 @@ impl Kernel {
         if self.recipe.variant.extensions.is_empty() { 3 } else { 4 }
     }
 
-    /// Samples before the first one of a chunk that it has in uniform memory: the last one, or with a delay all that may be perceived.
+    /// Samples before the first one of a chunk that it has in uniform memory: the last one, or with a delay all that a candidate may
+    /// perceive.
     fn before(&self) -> u32 {
         if self.recipe.variant.perceives_late() && self.windows == Windows::All { self.ring } else { 1 }
     }

@@ -54,7 +54,7 @@ pub struct Gpu {
     context: Option<Context>,
     /// Work in flight of each buffer set.
     work: [Option<Work>; 3],
-    /// Plans to be used again.
+    /// Plans for reuse.
     spare: [Plan; 3],
     results: Results,
     /// Time spent besides computing on devices that failed.
@@ -181,7 +181,7 @@ impl Gpu {
         Ok(observed)
     }
 
-    /// True if the device has done all that was submitted; for tests.
+    /// True if the device has finished all submitted work; for tests.
     #[doc(hidden)]
     #[must_use]
     pub fn is_idle(&self) -> bool {

@@ -24,7 +24,7 @@ pub enum ProbeStatus {
 pub struct Probe {
     /// Short name.
     pub name: &'static str,
-    /// What was found.
+    /// The result.
     pub status: ProbeStatus,
     /// Its meaning for the user.
     pub detail: String,
@@ -37,7 +37,7 @@ pub struct Mode {
     pub name: &'static str,
     /// Whether results can be trusted.
     pub safe: bool,
-    /// What it promises.
+    /// Its guarantee.
     pub promise: &'static str,
 }
 

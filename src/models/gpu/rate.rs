@@ -10,7 +10,7 @@ const MEASURABLE: f64 = 0.01;
 /// and the next one may have others.
 const GROWTH: f64 = 4.0;
 
-/// Samples per submission at least.
+/// Smallest number of samples per submission.
 const SHORTEST: u32 = 16;
 
 /// Candidate-steps per second of a device, if known.

@@ -168,7 +168,7 @@ impl Slot {
                 continue;
             }
             let slice = self.buffers[k].slice(0..sizes[k]);
-            // Whether it worked shows below.
+            // A later check reveals whether it worked.
             slice.map_async(wgpu::MapMode::Read, |_| ());
             device.wait(done.cloned())?;
             let view = slice.get_mapped_range().map_err(|e| Fault::new("reading the results", e))?;

@@ -70,14 +70,14 @@ fn own(
         (
             ProbeStatus::Trap,
             format!(
-                "{different} of {POINTS} values of our {name} function differ from the CPU's, by at most {worst:.1e} of themselves"
+                "{different} of {POINTS} values of our {name} function differ from the CPU's, by at most {worst:.1e} relative to their size"
             ),
         )
     } else {
         (
             ProbeStatus::Fail,
             format!(
-                "{different} of {POINTS} values of our {name} function are wrong, by up to {worst:.1e} of themselves"
+                "{different} of {POINTS} values of our {name} function are wrong, by up to {worst:.1e} relative to their size"
             ),
         )
     })

@@ -15,7 +15,7 @@ use crate::score::{Accumulation, GoodnessOfFit, Measured, denominator, is_relati
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
-/// Finite-difference steps, shares of a parameter's range: the first one that changes the result is used.
+/// Finite-difference steps, as shares of a parameter's range; the first one that changes the result is used.
 const STEPS: [f64; 4] = [1e-3, 1e-2, 0.1, 0.3];
 
 /// Share of its largest second derivative that is added to the quadratic form, so that a parameter without effect has a variance.
@@ -43,7 +43,7 @@ struct SignalResiduals {
     slopes: Vec<Vec<f64>>,
 }
 
-/// Time between the disturbances whose effect is followed \[s\]: short against the response time of a driver.
+/// Time between the disturbances whose effect is computed \[s\]: short against the response time of a driver.
 const BETWEEN_S: f64 = 1.0;
 
 /// The score of one case near the minimum.
@@ -62,7 +62,7 @@ struct CaseForm {
 pub(super) struct Local {
     /// Positions of the searched parameters in the space.
     pub(super) free: Vec<usize>,
-    /// First derivatives of the score by shares of the ranges, 0 where the parameter lies on a bound, and second ones.
+    /// First derivatives of the score by shares of the ranges, 0 if the parameter lies on a bound, and second ones.
     gradient: DVector<f64>,
     curvature: DMatrix<f64>,
     /// Covariance of the gradient by the noise of the drives, and its value if all residuals were independent.
@@ -75,7 +75,7 @@ pub(super) struct Local {
     pub(super) power: f64,
     /// Added to the diagonal of every form.
     ridge: f64,
-    /// Steps tried on either side of each searched parameter, for the case that needed most.
+    /// Number of steps tried on either side of each searched parameter, for the case that needed most.
     tried: Vec<u64>,
 }
 

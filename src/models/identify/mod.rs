@@ -7,7 +7,7 @@
 //!    the minimum by the noise of the drive (`noise`).
 //! 2. `near`: correlations between parameters among the candidates that are nearly as good as the best.
 //!
-//! The intervals hold if the variant is right and the drive typical; they do not show that it is right.
+//! The intervals hold if the variant is right and the drive typical; they do not prove that it is right.
 
 mod local;
 mod near;
@@ -77,7 +77,7 @@ pub struct Exactly<'a> {
     pub lanes: &'a Lanes,
     /// The first of them.
     pub first: usize,
-    /// How many.
+    /// Their number.
     pub count: usize,
 }
 
@@ -101,7 +101,7 @@ pub fn identify(
     identify_on(Exactly { lanes: &lanes, first: 0, count: evaluator.cases().len() }, space, candidate, stop)
 }
 
-/// Shorter drives are too short for reliable intervals \[s\].
+/// Drives below this are too short for reliable intervals \[s\].
 pub const SHORT_S: f64 = 60.0;
 /// The caution beside intervals of such drives; the table of `docs/benchmark/optimizers.md` has the shares.
 pub const SHORT: &str = "on drives of less than 60 s with autocorrelated noise, 95 % intervals contained the truth in 89 (v_0) and 86 (d_0) of 100 cases";

@@ -94,7 +94,7 @@ impl Noise {
         let ratios = std::iter::once(0.0).chain(geometric(RATIO));
         let rough = ratios.flat_map(|ratio| geometric(LASTS_S).map(move |lasts| [ratio, lasts]));
         let mut found = best(rough.collect());
-        // And between its neighbours, twice.
+        // Its covariance with either neighbour counts, too.
         let (mut of_ratio, mut of_time) = (RATIO[2], LASTS_S[2]);
         for _ in 0..2 {
             (of_ratio, of_time) = (of_ratio.powf(FINER), of_time.powf(FINER));
@@ -164,7 +164,8 @@ fn each(of: impl Fn(usize) -> f64) -> Each {
 impl NullaryFnOnce for Restricted<'_> {
     type Output = [(f64, f64); TOGETHER];
 
-    // Loops over noises become vectors of this processor, operation for operation, so that every processor gives the same bits.
+    // Loops over noises use the vectors of this processor, operation for operation, so that every processor gives the same
+    // bits.
     #[inline(always)]
     fn call(self) -> Self::Output {
         let Restricted { rows, series: n, at, dt } = self;
@@ -331,7 +332,7 @@ mod tests {
                                 step
                             })
                             .collect();
-                        // Five slow waves in place of parameters, with the multiples that least squares removes.
+                        // Five slow waves in place of parameters; least squares removes multiples of them.
                         let wave = |k: usize| {
                             move |t: usize| (t as f64 * (k + 1) as f64 * std::f64::consts::PI / samples as f64).cos()
                         };

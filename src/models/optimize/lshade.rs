@@ -30,7 +30,7 @@ pub struct LshadeSettings {
 }
 
 impl LshadeSettings {
-    /// Those of the paper for this many dimensions and evaluations; fewer members where evaluations are scarce.
+    /// Those of the paper for this many dimensions and evaluations; fewer members if evaluations are scarce.
     #[must_use]
     pub fn new(dimensions: usize, evaluations: u64) -> LshadeSettings {
         // A member should be replaced some twenty times.
@@ -180,7 +180,7 @@ impl Lshade {
 
     /// Children replace parents that are not better; settings of children that are better are remembered.
     fn select(&mut self, trials: Vec<Trial>, merits: &[Merit]) {
-        // (scale, crossover, gain); no gain where a value is missing on one side.
+        // (scale, crossover, gain); no gain if a value is missing on one side.
         let mut successes: Vec<(f64, f64, Option<f64>)> = Vec::new();
         for (k, (trial, &merit)) in trials.into_iter().zip(merits).enumerate() {
             let parent = &mut self.population[k];

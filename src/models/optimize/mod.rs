@@ -1,4 +1,4 @@
-//! Optimisers without knowledge of cars: they ask for the merits of a whole generation and receive them.
+//! Optimisers without knowledge of cars: they request the merits of a whole generation and receive them.
 
 mod auto;
 mod cmaes;
@@ -17,7 +17,7 @@ use std::cmp::Ordering;
 /// Quality of a candidate. Feasible ones come first, by value; infeasible ones follow, by the time that they survived.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Merit {
-    /// Value of the objective; lower is better. One that is not finite is worse than every one that is.
+    /// Value of the objective; lower is better. An infinite or undefined value is worse than every finite one.
     Feasible(f64),
     /// No value; the more steps survived, the better.
     Infeasible {
@@ -91,7 +91,7 @@ pub trait Optimizer {
     /// Their merits, in the requested order.
     ///
     /// # Panics
-    /// If there is not one merit per candidate asked for.
+    /// Unless there is one merit per requested candidate.
     fn tell(&mut self, merits: &[Merit]);
     /// The best candidate so far; `None` before the first `tell`.
     fn best(&self) -> Option<&Member>;

@@ -10,7 +10,7 @@ use super::scenario::Scenario;
 const PRECISION: f64 = 0.01;
 /// Halvings of the range of a parameter.
 const HALVINGS: usize = 40;
-/// Strength that counts as the largest: a weaker effect is not followed further.
+/// Largest strength of the search for a weak effect.
 const NEARLY_ALL: f64 = 0.999;
 
 /// The scenario with each effect of a follower (1 drives behind the platoon leader) scaled so that it alone changes that follower's speed

@@ -10,7 +10,7 @@ use super::road::Hills;
 use super::scenario::{Profile, Scenario};
 use super::set_speed::SetSpeed;
 
-/// Brake of the platoon leader at set speed 0 \[m/s²\]: it stops and stays, also downhill.
+/// Brake of the platoon leader at set speed 0 \[m/s²\]: it stops and stays at rest, even downhill.
 const HOLD: f64 = -0.6;
 /// Set speed at which that brake is released \[m/s\]; a gradual release keeps the equations smooth.
 const RELEASED: f64 = 0.5;

@@ -59,7 +59,7 @@ effects! {
     ActuationLag, "the acceleration follows the command with time constant ta", 0.0, [("ta", "s", [0.0, 2.5], 0.5)];
     AsymLag, "as actuation_lag, but ta for thrust and tb for braking", 0.0, [("ta", "s", [0.0, 4.0], 0.7), ("tb", "s", [0.0, 4.0], 0.3)];
     SensorLowpass, "spacing and speed difference pass a first-order filter", 0.0, [("tf", "s", [0.0, 2.5], 0.5)];
-    TimeOffset, "the preceding vehicle is perceived with the delay to, the own state without", 0.0, [("to", "s", [-1.0, 1.0], 0.3)];
+    TimeOffset, "the preceding vehicle is perceived with the delay to, the own state without delay", 0.0, [("to", "s", [-1.0, 1.0], 0.3)];
     Grade, "this share of the grade force is not compensated", 0.0, [("gg", "-", [-0.3, 1.3], 0.4)];
     AeroDrag, "acceleration -cD v^2", 0.0, [("cD", "1/m", [-2e-3, 2e-3], 2.5e-4)];
     ConstDecel, "acceleration -c0 while moving", 0.0, [("c0", "m/s2", [-0.5, 0.5], 0.1)];
@@ -112,7 +112,7 @@ pub enum EffectError {
     Parameter {
         /// The effect.
         effect: EffectKind,
-        /// What was given.
+        /// The given text.
         found: String,
     },
     /// A parameter with two values.
@@ -136,7 +136,7 @@ pub enum EffectError {
         upper: f64,
         /// Its unit.
         unit: &'static str,
-        /// What was given.
+        /// The given text.
         found: String,
     },
 }
@@ -219,7 +219,7 @@ impl Effect {
         let mut scaled = self.clone();
         if together && self.values[first] != 0.0 {
             let other = 1 - first;
-            // Rounding must not lead out of the bounds.
+            // Rounding must not move the value out of bounds.
             scaled.values[other] = (self.values[other] * (value / self.values[first])).clamp(lower, upper);
         }
         scaled.values[first] = value;

@@ -35,7 +35,7 @@ pub enum PlantError {
     },
     /// An effect begins after the end of the drive.
     #[error(
-        "{effect} of car {car} begins at {begins_s} s, and the drive ends at {duration_s} s; let it begin earlier, as in {effect}:{parameter}={}, or drive longer",
+        "{effect} of car {car} begins at {begins_s} s, and the drive ends at {duration_s} s; start it earlier, as in {effect}:{parameter}={}, or drive longer",
         (0.4 * duration_s).round()
     )]
     TooLate {
@@ -43,11 +43,11 @@ pub enum PlantError {
         effect: EffectKind,
         /// Position in the platoon.
         car: usize,
-        /// The parameter of the time.
+        /// The parameter that sets the time.
         parameter: &'static str,
-        /// When it begins \[s\].
+        /// Its start \[s\].
         begins_s: f64,
-        /// When the drive ends \[s\].
+        /// End of the drive \[s\].
         duration_s: f64,
     },
     /// An effect changes this drive too little.

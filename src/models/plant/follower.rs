@@ -36,9 +36,9 @@ pub(super) struct Follower<'a> {
     length_ahead: f64,
     hills: &'a Hills,
     h: f64,
-    /// Perception delay, the base's own and that of an effect \[s\].
+    /// Perception delay of the base and of an effect \[s\].
     tau_p: f64,
-    /// The command as far as it may change in a step \[m/s²\].
+    /// The command, limited to its change in a step \[m/s²\].
     command: f64,
     /// Random acceleration, constant within a step \[m/s²\].
     gust: f64,
@@ -83,7 +83,7 @@ impl<'a> Follower<'a> {
         [x, 0.0, 0.0, self.car.initial_gap, 0.0, 0.0]
     }
 
-    /// Spacing, own speed and speed ahead as sensors and delay present them, and how fast the filtered values follow.
+    /// Spacing, own speed and speed ahead after sensors and delay, and the rates of the filtered values.
     fn perceive(&self, t: f64, state: &[f64; 6], own: &History) -> (Seen, [f64; 2]) {
         let e = self.effects;
         let seen_at = t - self.tau_p;
@@ -168,7 +168,7 @@ impl<'a> Follower<'a> {
 impl Car<6> for Follower<'_> {
     fn begin(&mut self, t: f64, state: &[f64; 6], own: &History) -> Result<(), PlantError> {
         let gap = self.ahead.at(t).0 - self.length_ahead - state[X];
-        // NaN comes from parameters that are inconsistent.
+        // Inconsistent parameters give NaN.
         if gap <= 0.0 || gap.is_nan() {
             return Err(PlantError::Collision { car: self.number, t, gap });
         }

@@ -5,7 +5,7 @@
 //! by the change that they make.
 //!
 //! This folder is an independent transcription of the paper's continuous-time models. It shares no code with any evaluator and imports
-//! nothing of this crate, so that a mistake there cannot hide here.
+//! nothing of this crate, so that a mistake in one does not hide in the other.
 //!
 //! ```
 //! use leadlag_models::plant;

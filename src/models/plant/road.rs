@@ -70,7 +70,8 @@ impl Hills {
     /// Sine of the grade at a position along the road.
     pub(super) fn sin_grade(&self, x: f64) -> f64 {
         let (sin_1, cos_1) = (std::f64::consts::TAU * (x / self.period).rem_euclid(1.0)).sin_cos();
-        // Every wave from the previous one, by the sum of two angles: sines would take most of the time of a drive.
+        // Computes every wave from the previous one by the sum of two angles, because sines would take most of the time
+        // of a drive.
         let (mut sin, mut cos) = (0.0, 1.0);
         let mut sum = 0.0;
         for (sine, cosine) in &self.waves {

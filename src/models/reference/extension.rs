@@ -147,7 +147,7 @@ impl<'a> Extended<'a> {
         q
     }
 
-    /// What is perceived.
+    /// The perceived values.
     pub fn perception(&mut self, q: &Parameters, mut x: Perceived, now: Now) -> Perceived {
         let case = self.case;
         let dt = case.dt;
@@ -276,7 +276,7 @@ impl<'a> Extended<'a> {
 }
 
 /// Mean output of a first-order lag with `input` over a step; `state` is the output at its beginning, and then at its end:
-/// (state' - state) / dt = (input - (state + state') / 2) / time constant, so that a steady rise comes out late by the time constant.
+/// (state' - state) / dt = (input - (state + state') / 2) / time constant, so that a steady rise is late by the time constant.
 fn lagged(state: &mut f64, input: f64, time_constant: f64, dt: f64) -> f64 {
     let before = *state;
     *state = ((time_constant - 0.5 * dt) * before + dt * input) / (time_constant + 0.5 * dt);

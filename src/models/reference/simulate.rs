@@ -58,7 +58,7 @@ pub fn disturbed(case: &Case, p: &Parameters, disturbance: &[f64], trace: &mut T
     let mut run = Run { first, failure: None, delay_steps, n_cut_acc: 0, n_cut_dec: 0 };
     start(case, p, first, trace);
     if variant.parameters().iter().any(|symbol| !p.get(*symbol).is_finite()) {
-        // Checked here and not at its spread, because a minimum would hide NaN.
+        // Checked here, because a later minimum would hide NaN.
         run.failure = Some(Failure { kind: FailureKind::NotFinite, step: first });
         return run;
     }

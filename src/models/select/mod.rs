@@ -19,7 +19,7 @@ pub enum Kind {
     Lanes,
     /// Plain scalar f64 on the CPU.
     Reference,
-    /// The WGSL text on a GPU, including lavapipe; never the CPU evaluator instead.
+    /// The WGSL text on a GPU, including lavapipe; never replaced by the CPU evaluator.
     Gpu,
     /// A hardware GPU if there is one and the work is large enough for it, otherwise `lanes`.
     #[default]
@@ -30,7 +30,7 @@ fn unknown(found: &str) -> UnknownWord {
     UnknownWord::of::<Kind>("evaluator", found)
 }
 
-/// Which evaluator, in which precision, on which device.
+/// The evaluator, its precision and its device.
 #[derive(Debug, Clone, PartialEq, Eq, Default)]
 pub struct Selection {
     /// The evaluator.
@@ -159,7 +159,7 @@ impl Selection {
         match device::find(&self.adapter) {
             Ok(device) if device.is_discrete => None,
             Ok(device) if device.is_hardware => SMALL.filter(|_| work.candidates < FOR_ANOTHER_GPU),
-            _ => Some("it is not hardware, and the CPU alone is faster"),
+            _ => Some("it is software, and the CPU alone is faster"),
         }
     }
 }

@@ -40,11 +40,11 @@ pub fn check(source: &Source) -> Result<Checked, ShaderError> {
     options.parse_doc_comments = true;
     let module = naga::front::wgsl::Frontend::new_with_options(options).parse(text).map_err(|e| {
         let place = e.location(text).map(|l| (l.line_number as usize, l.line_position as usize));
-        // naga's labels give its finding and the place; its message alone often gives only the expectation.
+        // naga's labels have its finding and the place; its message often has only the expectation.
         let empty = ["", "see msg", "unknown identifier", "invalid accessor"];
         let says_more = |label: &&str| !empty.contains(label) && !e.message().contains(*label);
         let labels: Vec<&str> = e.labels().map(|(_, label)| label).filter(says_more).collect();
-        // Without a place, its notes are all that it gives.
+        // Without a place, naga gives only notes.
         let notes: Vec<&str> = e.notes().filter(|_| place.is_none()).collect();
         let message = match (labels.as_slice(), notes.as_slice()) {
             ([], []) => e.message().to_owned(),

@@ -195,7 +195,7 @@ impl<'a> Reader<'a> {
                 (row.search, row.scale) = (search, scale);
             }
         }
-        // Kept for the life of the program, as the extension itself is.
+        // Lives as long as the program, like the extension itself.
         let symbol = |declared| match declared {
             Declared::Table(symbol) => symbol,
             Declared::Own(row) => Symbol::Extension(Box::leak(Box::new(row))),
@@ -221,7 +221,7 @@ impl<'a> Reader<'a> {
         })
     }
 
-    /// Error if no function is a stage; it refers to a function that is probably meant as one.
+    /// Error if no function is a stage; it names a function that was probably meant as one.
     fn no_stage(&self) -> ShaderError {
         let stages = lint::stages_of(self.name);
         let message = format!("expected at least one of the functions {}, found none", stages.join(", "));
@@ -243,7 +243,7 @@ impl<'a> Reader<'a> {
         name?.strip_prefix(self.source.last_prefix())
     }
 
-    /// The function whose name ends like this, after the extension's and `_`, and its place.
+    /// The function whose name has this ending after the extension's name and `_`, and its place.
     fn function(&self, ending: &str) -> Option<(&Function, Span)> {
         let wanted = format!("{}_{ending}", self.name);
         let functions = &self.checked.module.functions;
@@ -260,7 +260,7 @@ impl<'a> Reader<'a> {
         Err(self.source.error_at(span, message))
     }
 
-    /// A function must end, and must not access anything outside.
+    /// A function must terminate and must not access anything outside.
     fn refuse_what_cannot_run(&self) -> Result<(), ShaderError> {
         let module = &self.checked.module;
         let foreign = |name: Option<&str>| self.own_name(name).is_some();
@@ -352,7 +352,7 @@ impl<'a> Reader<'a> {
                 Some(span) => self.refuse(
                     span,
                     format!(
-                        "`{SPACING}` is found from this law, which cannot ask for it itself; define \
+                        "`{SPACING}` is computed from this law, which cannot call it; define \
                          `fn {wanted}(own: Parameters, v: f32) -> f32`, the spacing at which the speed v is kept, and call that"
                     ),
                 ),

@@ -224,7 +224,7 @@ pub(super) fn refuse_large_functions(
                 size = size.saturating_add(inside);
                 depth = depth.max(blocks + 1 + below);
             }
-            // Any variable may have changed, and is selected.
+            // Any variable may have changed, so all of them are selected.
             Statement::If { .. } => size = size.saturating_add(locals),
             _ => {}
         });

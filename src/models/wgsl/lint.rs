@@ -46,7 +46,7 @@ pub(super) fn warnings(
             let declared = source.member(&format!("{prefix}Parameters"), parameter);
             let span = declared.map(|(span, _)| span).unwrap_or_default();
             let message = format!(
-                "no function reads the parameter {parameter}, so a calibration searches it in vain: use or remove it"
+                "no function reads the parameter {parameter}, so it has no effect in a calibration: use or remove it"
             );
             warnings.push(source.error_at(span, message));
         }

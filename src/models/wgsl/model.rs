@@ -21,7 +21,7 @@ pub enum ModelError {
     File {
         /// The file.
         file: String,
-        /// Why.
+        /// The cause of the error.
         source: std::io::Error,
     },
     /// Its text is not valid.

@@ -204,7 +204,7 @@ fn held_back(text: &mut String, drives: &[HeldBackEntry]) -> std::fmt::Result {
     Ok(())
 }
 
-/// The last characters, at most `most`: paths differ in their file names more than in their folders.
+/// The last characters, at most `most`: paths differ more in their file names than in their folders.
 fn end(label: &str, most: usize) -> String {
     let letters: Vec<char> = label.chars().collect();
     if letters.len() <= most {
@@ -214,7 +214,7 @@ fn end(label: &str, most: usize) -> String {
     }
 }
 
-/// A command on lines of at most 80 columns, if its words allow that, which a shell reads as one.
+/// A command on lines of at most 80 columns, if its words allow that; a shell reads them as one command.
 fn typed(words: &[String]) -> String {
     const WIDTH: usize = 78;
     let mut lines = vec![String::from(" ")];

@@ -4,7 +4,7 @@ use super::figures::Distribution;
 use crate::report::figure::{Anchor, Figure, INK, PALE, PALETTE, PAPER};
 use crate::report::html::short;
 
-/// Columns beside each other; further parameters go below.
+/// Largest number of columns side by side; further parameters go below.
 const IN_A_ROW: usize = 4;
 /// Width of the names and of a column, height of a row \[px\].
 const NAMES: f64 = 130.0;

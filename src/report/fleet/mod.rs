@@ -48,7 +48,7 @@ pub struct FleetFile {
     pub note: Option<String>,
     /// Bounds that differ from Table 3, by model.
     pub bounds: IndexMap<String, IndexMap<String, [f64; 2]>>,
-    /// Where the bounds are from.
+    /// The source of the bounds.
     pub bounds_from: String,
     /// Rule of the comparison; files of earlier versions lack it.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -17,7 +17,7 @@ pub struct Shown {
     pub label: String,
     /// The model.
     pub model: String,
-    /// What was minimised.
+    /// The minimised measure.
     pub gof: String,
     /// Kinds of the faults of the data that change the calibration, blanks between them.
     pub findings: String,
@@ -152,7 +152,7 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
         };
         page.table("Driver by driver", &head, &own.iter().map(row).collect::<Vec<_>>());
     } else {
-        page.picture("How the parameters are spread over the drivers", &figures::histograms(&shown));
+        page.picture("Distribution of the parameters over the drivers", &figures::histograms(&shown));
         page.paragraph("The line is the median; half of the drivers are in the dark part.");
     }
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
@@ -178,7 +178,7 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
     let head = ["parameter", "median", "unit", "middle half", "5 to 95 %", "at a bound", "determined"];
     page.table_with("Parameters over all pairs", &head, &table, &share);
     page.paragraph(
-        "At a bound: the drive calls for a value beyond the bounds, or does not determine it. Determined: the 95 % interval of the value excludes \
+        "At a bound: the drive requires a value beyond the bounds, or does not determine it. Determined: the 95 % interval of the value excludes \
          at least half of the bounds.",
     );
     if shown.len() > 1 {

@@ -59,10 +59,8 @@ fn models(all: &[Overview]) -> String {
         let _ = writeln!(text, "{:<26} {:<10} {median:>9} {best:>12} {behind:>18}", one.model, one.gof);
     }
     for one in all.iter().filter(|one| one.failed > 0) {
-        let told = format!(
-            "{}: ends early on {} of {} held back; its mean leaves them out",
-            one.model, one.failed, one.calibrated
-        );
+        let told =
+            format!("{}: ends early on {} of {} held back; its mean omits them", one.model, one.failed, one.calibrated);
         text += &wrapped(0, 2, &told);
     }
     text

@@ -40,7 +40,7 @@ pub fn calibration(
     }
     page.charts("Observed and simulated", "show", charts);
     if let Some(errors) = errors {
-        page.section("errors", "Where and when it errs");
+        page.section("errors", "Where and when errors occur");
         budget(&mut page, &errors.all, "Error of the simulation");
     }
     page.section("replicates", "Replicates and convergence");
@@ -236,7 +236,7 @@ fn parameters(page: &mut Page, result: &ResultFile) {
     }
 }
 
-/// Distance of the replicates' best candidates.
+/// Spread of the replicates' best candidates.
 fn spread(page: &mut Page, result: &ResultFile) {
     if let Some(cv) = result.cv {
         page.paragraph(&format!("Coefficient of variation of the score over the replicates: {} %.", short(100.0 * cv)));

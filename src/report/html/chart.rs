@@ -8,7 +8,7 @@ const STRETCHES: usize = 1200;
 /// Panels over one time axis, zoomed together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Chart {
-    /// What it shows.
+    /// Its title.
     pub title: String,
     /// Name of the horizontal axis.
     pub x_label: String,
@@ -51,7 +51,7 @@ pub enum Role {
     Simulated,
     /// The extended model.
     Alternative,
-    /// What helps reading.
+    /// Context of the other lines.
     Context,
 }
 
@@ -65,7 +65,8 @@ impl Line {
 }
 
 impl Chart {
-    /// The same chart with few enough points: of each stretch, the samples at which a line is highest or lowest; five digits.
+    /// The same chart with few enough points: for each stretch, the samples at which a line is highest or lowest, with five
+    /// digits.
     #[must_use]
     pub fn thinned(mut self) -> Chart {
         let count = self.x.len();

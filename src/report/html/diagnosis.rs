@@ -115,7 +115,8 @@ fn causes(page: &mut Page, outcome: &Outcome) {
             let mut row = vec![trial.causes.join(" + ")];
             let percent = |gain: &HorizonGain| {
                 let [low, high] = gain.interval;
-                // A minus sign, because a table takes a hyphen in front of text for a formula; adding 0 turns -0 into 0.
+                // A minus sign, because a table interprets a hyphen in front of text as a formula; adding 0 turns -0
+                // into 0.
                 let [gain, low, high] = [gain.gain, low, high].map(|share| (1000.0 * share).round() / 10.0 + 0.0);
                 format!("{gain:.1} [{low:.1}, {high:.1}]").replace('-', "−")
             };

@@ -23,7 +23,7 @@ const UPLOT_LICENCE: &str = include_str!("../../../assets/uplot/LICENSE");
 const REPORT_JS: &str = include_str!("../../../assets/report/report.js");
 const REPORT_CSS: &str = include_str!("../../../assets/report/report.css");
 
-/// Content security policy of a page: only its own content, nothing from elsewhere, even if texts of a result contain addresses.
+/// Content security policy of a page: only its own content, even if texts of a result contain addresses.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
                       form-action 'none'";
 
@@ -78,7 +78,7 @@ impl Page {
     /// Adds a finished picture.
     pub fn picture(&mut self, title: &str, svg: &str) {
         let title = escape(title);
-        // The picture has its own size and shrinks with the page, but stays readable: then it scrolls.
+        // The picture shrinks with the page down to a readable size, then scrolls.
         self.raw(&format!(
             "<figure><div class=\"svg\" role=\"group\" aria-label=\"{title}\" tabindex=\"0\">{svg}</div></figure>"
         ));

@@ -6,7 +6,8 @@ use std::fmt::Write;
 
 /// Tables with at least this many rows scroll separately.
 const LONG: usize = 14;
-/// Number of characters from which a column is not squeezed on a narrow screen: rows would become as high as the screen.
+/// Number of characters from which a column keeps its width on a narrow screen, because its rows would become as high as
+/// the screen.
 const SENTENCE: usize = 20;
 
 impl Page {
@@ -48,7 +49,8 @@ impl Page {
         for (number, row) in rows.iter().enumerate() {
             html.push_str("<tr>");
             for (column, cell) in row.iter().enumerate() {
-                // Paths may be broken after each folder, so that they never make a table wider than a page; units stay together.
+                // Allows line breaks after each folder of a path, so that no path makes a table wider than a page; units stay
+                // together.
                 let cell = escape(&inert(cell)).replace('/', "/<wbr>").replace("m/<wbr>s", "m/s");
                 let _ = match share(number, column).filter(|share| share.is_finite()) {
                     Some(share) => {

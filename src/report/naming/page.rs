@@ -8,7 +8,7 @@ pub const BEGIN: &str = "<!-- leadlag bench diagnosis: what follows is written b
 /// The line before which it ends.
 pub const END: &str = "<!-- leadlag bench diagnosis: end -->";
 
-/// How the numbers came about.
+/// The origin of the numbers.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Provenance {
     /// The command that gives them.
@@ -61,7 +61,7 @@ pub fn part(report: &DiagnosisReport, from: &Provenance, pictures: [&str; 2]) ->
     };
     let failed = match report.failed() {
         0 => String::new(),
-        failed => format!(", of which {failed} could not be made"),
+        failed => format!(", of which {failed} could not be generated"),
     };
     let [cpu, simulations] = report.cost;
     let _ = writeln!(
@@ -97,7 +97,7 @@ pub fn part(report: &DiagnosisReport, from: &Provenance, pictures: [&str; 2]) ->
     if let Some(Gains { median, most, cases }) = report.gains() {
         let _ = writeln!(
             text,
-            "Extended models reach, of the gain of the truth on the hold-out (NRMSE(s,v,a)), {:.0} % in the median, and at least {:.0} % in {most} of {cases}.",
+            "Extended models reach {:.0} % of the gain of the truth on the hold-out (NRMSE(s,v,a)) in the median, and at least {:.0} % in {most} of {cases} cases.",
             100.0 * median,
             100.0 * MOST_OF_IT
         );

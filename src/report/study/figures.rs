@@ -79,7 +79,7 @@ pub fn variations(material: &Material) -> String {
             let digits = (0..4).find(exact).unwrap_or(4);
             let text = if end < 0.01 { short(at) } else { format!("{at:.digits$}") };
             let above = if k == 2 && most > end { "≥ " } else { "" };
-            // The last one ends where the bars do: beside it another panel, or the edge.
+            // The last one ends with the bars, next to another panel or the edge.
             let anchor = if k == 2 { Anchor::End } else { Anchor::Middle };
             figure.text([x, 348.0], 11.5, anchor, INK, &format!("{above}{text}"));
         }
@@ -294,7 +294,7 @@ pub fn collisions(material: &Material) -> String {
     let own = material.own;
     let steps = "Grey steps: the paper, 168 runs per variant, NRMSE(s,v,a) (Table 5). ";
     let lines = [
-        "Winners of each calibration, simulated on the other trajectories of the same vehicle: share of runs in which the spacing was not above 0.",
+        "Winners of each calibration, simulated on the other trajectories of the same vehicle: share of runs with a collision.",
         &format!("{}{}", if material.is_beside_paper() { steps } else { "" }, what_labels_are(own)),
     ];
     let mut figure = Figure::new(WIDTH, 480.0, "Figure 7: collisions in validation", &lines);

@@ -14,7 +14,7 @@ pub type Place = (String, usize);
 pub struct Cross {
     /// NRMSE(s,v,a) of the runs that reached the end.
     pub scores: Vec<f64>,
-    /// Runs in which the spacing was not above 0.
+    /// Runs with a spacing of 0 or less.
     pub collisions: usize,
     /// All runs.
     pub runs: usize,

@@ -17,7 +17,7 @@ use std::collections::BTreeMap;
 
 /// Everything the report is made of.
 struct Material<'a> {
-    /// What was planned.
+    /// The planned study.
     study: &'a StudyFile,
     /// The outcomes of the goodness of fit that the tables are about.
     own: &'a Outcomes,
@@ -46,7 +46,8 @@ impl<'a> Material<'a> {
         self.claims.iter().filter(|claim| claim.agrees.is_some()).collect()
     }
 
-    /// Sentence on the statements that the study cannot judge; empty if it judges none, because then it is not about the paper.
+    /// Sentence on the statements that the study cannot judge; empty if the study judges no statement and so is not about the
+    /// paper.
     fn open(&self) -> Option<String> {
         let judged = self.judged().len();
         let count = self.claims.len() - judged;

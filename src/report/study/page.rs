@@ -124,7 +124,7 @@ fn claims(page: &mut Page, material: &Material) {
         vec![mark.to_owned(), claim.paper.to_owned(), claim.found.clone(), claim.why.clone().unwrap_or_default()]
     };
     let rows: Vec<Vec<String>> = judged.iter().map(row).collect();
-    let head = ["verdict", "the paper says", "this study", "what lies behind a difference"];
+    let head = ["verdict", "the paper says", "this study", "reason for a difference"];
     page.table("Statements of the paper", &head, &rows);
     material.open().iter().for_each(|open| page.paragraph(open));
 }
@@ -307,7 +307,7 @@ fn cost(page: &mut Page, material: &Material, inventory: &Inventory, past: &Past
     evaluators.sort_unstable();
     evaluators.dedup();
     page.paragraph(&format!(
-        "{done} calibrations are there, {} are missing, {} found no feasible candidate; {evaluations} simulations; {}.",
+        "{done} calibrations are finished, {} are missing, {} found no feasible candidate; {evaluations} simulations; {}.",
         material.missing,
         inventory.failed(),
         evaluators.join(", ")
@@ -315,7 +315,7 @@ fn cost(page: &mut Page, material: &Material, inventory: &Inventory, past: &Past
     if past.runs > 0 {
         let rate = past.candidate_steps as f64 / past.wall_s.max(1e-9) / 1e6;
         page.paragraph(&format!(
-            "Written down by {} on this folder: {} tasks in {:.0} s of wall time (runs at the same time count each) and {:.0} s of CPU time, \
+            "Recorded by {} on this folder: {} tasks in {:.0} s of wall time (runs at the same time count each) and {:.0} s of CPU time, \
              {} million candidate-steps per second of wall time.",
             if past.runs == 1 { "one run".to_owned() } else { format!("{} runs", past.runs) },
             past.tasks,

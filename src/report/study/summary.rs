@@ -84,10 +84,7 @@ fn lines(material: &Material, text: &mut String) -> std::fmt::Result {
         if material.is_beside_paper() { " beside the paper's" } else { "" }
     )?;
     if material.is_beside_paper() {
-        writeln!(
-            text,
-            "The paper's numbers are those printed in its Tables 4 and 5; its figures have no numbers of their own."
-        )?;
+        writeln!(text, "The paper's numbers are those printed in its Tables 4 and 5; its figures print no numbers.")?;
     }
     Ok(())
 }

@@ -136,7 +136,7 @@ pub fn collisions(material: &Material) -> Table {
     table.integer("other_early_ends", rows.iter().map(|r| i64::try_from(r.other).ok()));
     table.integer("validation_runs", rows.iter().map(|r| i64::try_from(r.runs).ok()));
     table.number("collision_percent", rows.iter().map(|r| share(r.collisions, r.runs)));
-    // The paper prints numbers for its own goodness of fit only (Table 5); the other curves are in its figure.
+    // The paper prints numbers only for its own goodness of fit (Table 5); the other curves are in its figure.
     let printed = |r: &CollisionRow| {
         let row = material.paper.get(&r.variant.id()).filter(|_| r.gof == PAPERS_GOF)?;
         Some(100.0 * row.collisions / VALIDATIONS)

@@ -13,7 +13,7 @@ type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 const CHARACTER: f64 = 0.56;
 /// Smallest size of a title line \[px\]; longer text is cut.
 const SMALLEST: f64 = 9.0;
-/// Title lines that have room.
+/// Number of title lines with enough room.
 const LINES: usize = 2;
 /// Middle of the legend \[px\].
 const LEGEND: i32 = 68;

@@ -14,7 +14,7 @@ pub(super) const HEADING: i32 = 84;
 pub(super) const TIME_AXIS: i32 = 46;
 /// Width of the labels of the vertical axes \[px\].
 pub(super) const VALUE_AXIS: i32 = 64;
-/// Empty border on the left, within that width \[px\].
+/// Empty border on the left, part of that width \[px\].
 pub(super) const LEFT: i32 = 8;
 /// Length of tick marks, which keeps labels off the axes \[px\].
 pub(super) const TICK: i32 = 5;

@@ -49,7 +49,7 @@ pub(super) fn draw(
         let style = line(series.style);
         for points in lines(t, &series.values, (WIDTH - VALUE_AXIS - RIGHT) as usize) {
             if let [point] = points[..] {
-                // A sample between two gaps: a line of one point would not show.
+                // A sample between two gaps, because a line of one point would be invisible.
                 let dot = Circle::new(point, style.stroke_width, style.filled());
                 chart.draw_series([dot]).map_err(drawing)?;
             } else {

@@ -35,7 +35,7 @@ impl Behind {
         Behind { mean: share(mean), interval: [mean - half, mean + half].map(share) }
     }
 
-    /// In words: a difference with its interval, or that the data do not show one.
+    /// The difference with its interval, or a statement that the data do not show one, in words.
     #[must_use]
     pub fn told(&self) -> String {
         let [low, high] = self.interval;

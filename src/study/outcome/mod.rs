@@ -38,9 +38,9 @@ pub struct Errors {
 /// A run of a winner on another trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Tried {
-    /// It came to the end.
+    /// It reached the end.
     Errors(Errors),
-    /// The spacing was not above 0.
+    /// The spacing was 0 or less.
     Collision,
     /// It ended early for another reason: no speed is safe, or a state is not finite.
     OtherEnd,
@@ -64,7 +64,7 @@ pub struct Cell {
 /// All calibrations of one goodness of fit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Outcomes {
-    /// What was minimised.
+    /// The minimised measure.
     pub gof: String,
     /// The trajectories, in the order of the plan.
     pub drives: Vec<DriveName>,

@@ -11,7 +11,7 @@ pub enum PlanError {
     Read {
         /// The file.
         path: String,
-        /// Why.
+        /// The cause of the error.
         source: std::io::Error,
     },
     /// Invalid TOML, or not a plan.
@@ -29,15 +29,15 @@ pub enum PlanError {
         nearest: Option<String>,
     },
     /// The file of an extension or a law cannot be read.
-    #[error("{path}: {key}: {file}: cannot be read; its name starts from the folder of the plan")]
+    #[error("{path}: {key}: {file}: cannot be read; its path is relative to the folder of the plan")]
     ExtensionFile {
         /// The plan.
         path: String,
-        /// Which key.
+        /// The key.
         key: &'static str,
         /// The file of the extension.
         file: String,
-        /// Why.
+        /// The cause of the error.
         source: std::io::Error,
     },
     /// The text of an extension or a law is not valid.
@@ -45,7 +45,7 @@ pub enum PlanError {
     Extension {
         /// The plan.
         path: String,
-        /// Which key.
+        /// The key.
         key: &'static str,
         /// The fault and its place.
         source: Box<ShaderError>,
@@ -65,7 +65,7 @@ pub enum PlanError {
     Value {
         /// The file.
         path: String,
-        /// Which key.
+        /// The key.
         key: String,
         /// Expected and found content.
         reason: String,

@@ -65,7 +65,7 @@ impl Reader<'_> {
             given = file;
             let law = self.extension(VARIANTS, file)?;
             if !law.is_law() {
-                let reason = format!("{file} is an extension, no law: give it as calibration.extend");
+                let reason = format!("{file} is an extension, not a law: give it as calibration.extend");
                 return Err(self.value(VARIANTS, reason, None));
             }
             law_with(law, parts).map_err(|e| self.value(VARIANTS, e, None))?
@@ -85,7 +85,7 @@ impl Reader<'_> {
     /// Two laws of one study: their names distinguish them, and parameters of the same name share a column.
     fn go_together(law: &Extension, other: &Extension) -> Result<(), String> {
         if law.name == other.name {
-            return Err(format!("there are two laws of the name {}; give one of the files another name", law.name));
+            return Err(format!("two laws have the name {}; rename one of the files", law.name));
         }
         let clash =
             |one: Symbol| other.own_parameters().find(|two| two.name() == one.name() && two.unit() != one.unit());

@@ -99,7 +99,7 @@ pub struct CalibrationPlan {
     pub optimizer: OptimizerKind,
     /// Stopping rules; never a time, so that results do not depend on the machine.
     pub stop: Stop,
-    /// Bounds that replace those of Table 3, where a variant has the parameter.
+    /// Bounds that replace those of Table 3 if a variant has the parameter.
     pub bounds: Overrides,
     /// Which evaluator simulates the candidates.
     pub evaluator: Kind,

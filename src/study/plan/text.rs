@@ -145,7 +145,7 @@ fn at(content: &str, path: &str, error: &toml::de::Error) -> PlanError {
     ] {
         reason = reason.replace(type_name, words);
     }
-    // The message about a value has no key; one about invalid TOML has none either.
+    // Messages about values and about invalid TOML have no key.
     let of_value = ["invalid type", "invalid value", "expected "].iter().any(|begin| reason.starts_with(begin));
     let text = content.lines().nth(line - 1).unwrap_or_default();
     let key = text.split_once('=').map(|(key, _)| key.trim()).filter(|_| of_value);
@@ -157,7 +157,7 @@ fn at(content: &str, path: &str, error: &toml::de::Error) -> PlanError {
 pub(super) struct Reader<'a> {
     /// The plan, for messages.
     pub path: &'a str,
-    /// Where names of files start.
+    /// The folder to which names of files are relative.
     pub folder: &'a Path,
     /// Extensions whose texts are known already.
     pub stored: &'a [StoredExtension],
@@ -235,7 +235,7 @@ impl Reader<'_> {
             if entry.columns.is_some() && entry.layout.is_some() {
                 return Err(self.value(
                     key("layout"),
-                    "not together with columns, which describe a layout of their own",
+                    "not together with columns, which describe their own layout",
                     None,
                 ));
             }

@@ -26,7 +26,7 @@ fn push_changed(into: &mut Population, case: &Case, candidate: &[f64], change: f
 }
 
 /// Scores in f64, and condition numbers: relative change of the score over that of the parameters, the largest one found;
-/// infinite where the run ends otherwise.
+/// infinite if the run ends otherwise.
 pub fn scores_and_conditions(case: &Case, population: &Population) -> (Vec<Score>, Vec<f64>) {
     let mut all = population.clone();
     for i in 0..population.len() {

@@ -51,7 +51,7 @@ struct Judged {
     variant: Variant,
     follower: usize,
     candidate: usize,
-    /// Condition number; infinite where a small change of the parameters changes how the run ends.
+    /// Condition number; infinite if a small change of the parameters changes how the run ends.
     condition: f64,
     /// By the reference.
     exact: Score,
@@ -169,7 +169,7 @@ fn scores_are_those_of_the_reference() {
     let count = if is_full() { 256 } else { 64 };
     let of_variant = |id: u32| {
         let variant = Variant::from_id(id).expect("a variant of the paper");
-        // Steps of 4 visit one follower number of each platoon; the first moves on with the variant.
+        // Steps of 4 visit the same follower number of each platoon; the first number changes with the variant.
         let some = (0..3).map(|turn| (id as usize + 4 * turn) % followers.len()).collect();
         let numbers: Vec<usize> = if is_full() { (0..followers.len()).collect() } else { some };
         judge(&followers, variant, &numbers, count, !no_gpu)
@@ -357,8 +357,8 @@ fn statuses(judged: &[Judged], followers: &[Follower], report: &mut Report, prob
     }
 }
 
-/// Candidates that end differently in f32, but not in f64 with slightly changed parameters. They have to be chaotic, so that f64 in another
-/// order of rounding leaves the reference as well, and to pass the test of every window.
+/// Candidates that end differently in f32, but not in f64 with slightly changed parameters. They must be chaotic, so that f64 with another
+/// order of rounding departs from the reference as well, and must pass the test of every window.
 fn far_from_boundary(
     differ: &[&Judged],
     distances: &[(f64, f64)],

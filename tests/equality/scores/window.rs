@@ -106,7 +106,7 @@ impl<'a> Run<'a> {
         (self.first..self.end).step_by(LENGTH).map(|from| self.window(from)).fold(Largest::default(), Largest::and)
     }
 
-    /// One window, at a place from 0 (first) to 1 (last); none of a run that fails at once.
+    /// One window, at a place from 0 (first) to 1 (last); none for a run that fails at once.
     pub fn one_window(&self, place: f64) -> Largest {
         let last = self.end.saturating_sub(LENGTH).max(self.first);
         let from = self.first + ((last - self.first) as f64 * place) as usize;
@@ -123,7 +123,7 @@ impl<'a> Run<'a> {
     }
 
     /// Restarts f32 from the state of the reference. The first step is judged always; the whole window unless it is unstable: f64,
-    /// started from the same states rounded to f32 or moved by one last bit of it, leaves the reference too.
+    /// started from the same states rounded to f32 or moved by one last bit of it, departs from the reference, too.
     fn window(&self, from: usize) -> Largest {
         let mut largest = Largest { windows: 1, ..Largest::default() };
         let to = (from + LENGTH).min(self.end);

@@ -177,7 +177,7 @@ fn what_an_extension_may_not_have_is_said() {
     }
 }
 
-/// A model holds a limited number of parameters only.
+/// A model holds only a limited number of parameters.
 #[test]
 fn more_parameters_than_a_model_can_have_are_refused_where_they_are_declared() {
     let text = |stage: &str, count: usize| {
@@ -262,7 +262,7 @@ fn what_does_nothing_is_warned_of_with_its_place() {
         ),
         (
             format!("{parameters}{}", command("return a;")),
-            &["x.wgsl:3:5: no function reads the parameter k, so a calibration searches it in vain: use or remove it"],
+            &["x.wgsl:3:5: no function reads the parameter k, so it has no effect in a calibration: use or remove it"],
         ),
     ];
     for (text, expected) in cases {
@@ -299,7 +299,8 @@ fn command(body: &str) -> String {
     format!("fn x_command(a: f32) -> f32 {{\n    {body}\n}}\n")
 }
 
-/// Functions f_0 to f_LAST, each with a body made of the name of the one before it, and a stage that calls the last one.
+/// Functions f_0 to f_LAST, each with a body made from the name of the one before it, and a stage that calls the last
+/// one.
 fn functions(last: usize, body: impl Fn(&str) -> String) -> String {
     let mut text = "fn f_0(a: f32) -> f32 { return a + 1.0; }\n".to_owned();
     for i in 1..=last {

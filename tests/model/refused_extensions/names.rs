@@ -8,7 +8,7 @@ use leadlag::internal::lanes::check_model;
 use leadlag::internal::wgsl::{Precision, Recipe, extension_named, read_extension};
 use std::collections::BTreeSet;
 
-/// Every word of the longest kernel, from the shaders and the generated texts, predeclared names among them.
+/// Every word of the longest kernel, from the shaders and the generated texts, including predeclared names.
 fn words_of_ours() -> BTreeSet<String> {
     let mut words = BTreeSet::new();
     for (base, observed) in [("gipps+delay+nonlinear+mfc", true), ("idm+linear+constant", false)] {

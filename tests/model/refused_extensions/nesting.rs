@@ -130,7 +130,7 @@ impl Author {
         of[self.rng.random_range(0..of.len())]
     }
 
-    /// A small number mostly, a large one now and then.
+    /// Mostly a small number, sometimes a large one.
     fn often(&mut self) -> usize {
         let most = [3, 12, 60, 130, 700][self.rng.random_range(0..5)];
         self.rng.random_range(1..=most)

@@ -8,20 +8,20 @@ use super::{PROBLEMS_SHOWN, list};
 pub struct Faults {
     pub(in crate::trajectory) first: Vec<Problem>,
     pub(in crate::trajectory) more: u64,
-    /// Of each column the value out of range.
+    /// The value out of range of each column.
     outside: Vec<Outside>,
     /// Rows that have the time of an earlier row.
     times_twice: u64,
 }
 
-/// The values of a column that no car has.
+/// The values of a column that no car can have.
 #[derive(Debug, Clone, PartialEq)]
 struct Outside {
     column: String,
     /// The first one.
     value: f64,
     rows: u64,
-    /// True if all are the same value.
+    /// True if all values are equal.
     only: bool,
 }
 

@@ -25,7 +25,7 @@ pub enum ImportError {
     Open {
         /// The path as given.
         path: String,
-        /// Why not.
+        /// The cause of the error.
         source: io::Error,
     },
     /// It is a folder.
@@ -41,7 +41,7 @@ pub enum ImportError {
         path: String,
         /// Line that was being read, counted from 1.
         line: u64,
-        /// Why.
+        /// The cause of the error.
         source: io::Error,
     },
     /// The file was read and its content refused.

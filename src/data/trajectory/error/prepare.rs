@@ -33,7 +33,7 @@ pub enum PrepareError {
     #[error("{path}: no rows between {from} s and {to} s; the file runs from {first} s to {last} s")]
     EmptyWindow { path: String, from: f64, to: f64, first: f64, last: f64 },
     #[error(
-        "{path}:{line}: {column}: expected {expected} (step {step} s), found {found}; the time step is irregular: resample on purpose (--resample {step})"
+        "{path}:{line}: {column}: expected {expected} (step {step} s), found {found}; the time step is irregular: resample with --resample {step}"
     )]
     Irregular { path: String, line: u64, column: &'static str, expected: f64, step: f64, found: f64 },
     #[error("{path}: {}", step_too_long(*step, *limit))]

@@ -9,7 +9,7 @@ pub struct Problem {
     pub line: u64,
     /// Character of the line at which the field starts, counted from 1 (as compilers do).
     pub column: Option<usize>,
-    /// What is wrong.
+    /// The kind of the problem.
     pub kind: ProblemKind,
 }
 
@@ -42,7 +42,7 @@ pub enum ProblemKind {
         limit >> 20
     )]
     TooManyRows { limit: u64, rows: u64 },
-    #[error("a carriage return inside a line; expected line ends LF or CRLF: convert the line ends of the file")]
+    #[error("a carriage return inside a line; expected line endings LF or CRLF: convert the line endings of the file")]
     LoneCarriageReturn,
     #[error(
         "the fields are separated by {found}; expected commas, and a point in decimal numbers: convert the file{}",
@@ -151,17 +151,16 @@ pub enum ProblemKind {
     )]
     HeaderAgain,
     #[error(
-        "column {column}: expected the speed of the vehicle ahead, found {found} m/s about which it varies, behind a follower at {own:.0} m/s: a \
+        "column {column}: expected the speed of the vehicle ahead, found values around {found} m/s, behind a follower at {own:.0} m/s: a \
          relative speed? Name it relative_speed in the column map (--columns), or add the speed of the follower to it"
     )]
     MappedRelative { column: String, own: f64, found: f64 },
     #[error(
-        "{column}: expected a time after {previous}, found {found}; time runs back: sort the rows, or split the file here"
+        "{column}: expected a time after {previous}, found {found}; time runs backwards: sort the rows, or split the file here"
     )]
     TimeBack { column: String, previous: f64, found: f64 },
     #[error(
-        "{column}: starts over at {found}: two recordings in one file, of which the second begins here; split the file at this line, or \
-         name a column that tells them apart as group in a column map (--columns)"
+        "{column}: starts over at {found}: two recordings in one file, of which the second begins here; split the file at this line, or name a column that distinguishes them as group in a column map (--columns)"
     )]
     TimeAnew { column: String, found: f64 },
     #[error(
@@ -241,7 +240,7 @@ pub enum ProblemKind {
     )]
     VehicleTwice { id: String, found: f64, first: u64 },
     #[error(
-        "none of {vehicles} vehicles drives behind another one in the same lane for {needed} s, the longest for {longest} s; are lane and position the right columns, and is direction?"
+        "none of {vehicles} vehicles drives behind another one in the same lane for {needed} s, the longest for {longest} s; check the columns lane and position, and direction"
     )]
     NobodyAhead { vehicles: usize, longest: f64, needed: f64 },
     #[error(
@@ -251,8 +250,8 @@ pub enum ProblemKind {
 }
 
 impl ProblemKind {
-    /// The column and value of a number that may stand for a missing one: negative, or twice what is the limit. Where speeds are in
-    /// another unit, they are just above the limit.
+    /// The column and value of a number that may stand for a missing one: negative, or twice the limit. Speeds in another unit are
+    /// only slightly above the limit.
     pub(super) fn outside(&self) -> Option<(&str, f64)> {
         let (column, limit, found) = match self {
             ProblemKind::SpeedTooHigh { column, limit, found }

@@ -19,7 +19,7 @@ pub(in crate::trajectory) fn split<'a>(line: &'a str, fields: &mut Vec<Field<'a>
     split_at(line, ',', fields);
 }
 
-/// The same at another separator.
+/// The same with another separator.
 pub(in crate::trajectory) fn split_at<'a>(line: &'a str, separator: char, fields: &mut Vec<Field<'a>>) {
     fields.clear();
     let mut start = 0;

@@ -10,7 +10,7 @@ pub(super) fn of(start: &[u8]) -> Option<(&'static str, &'static str)> {
         (start.starts_with(b"PK\x03\x04") && has(b"xl/"), "an Excel workbook", "save the sheet as CSV"),
         (start.starts_with(b"PK\x03\x04"), "a ZIP archive", "unpack it, and give the table in it"),
         (start.starts_with(b"\xD0\xCF\x11\xE0"), "a workbook of old Excel", "save the sheet as CSV"),
-        (start.starts_with(&MAGIC), "a Parquet file", "let it be read by its path, or write it as CSV"),
+        (start.starts_with(&MAGIC), "a Parquet file", "give its path, or write it as CSV"),
         (start.starts_with(b"ARROW1") || start.starts_with(b"FEA1"), "a Feather (Arrow) file", "write it as CSV"),
         (start.starts_with(b"MATLAB "), "a MATLAB file", "write its table as CSV (writetable)"),
         (start.starts_with(b"\x89HDF"), "an HDF5 file, or one of MATLAB 7.3", "write its table as CSV"),
@@ -18,7 +18,7 @@ pub(super) fn of(start: &[u8]) -> Option<(&'static str, &'static str)> {
         (start.starts_with(b"\x80\x04") || start.starts_with(b"\x80\x05"), "a Python pickle", "write the table as CSV"),
         (start.starts_with(b"SQLite format 3"), "an SQLite database", "write the table as CSV"),
         (start.starts_with(b"#ROSBAG"), "a ROS bag", "write its topics as one CSV table"),
-        (start.starts_with(b"\x1F\x8B"), "compressed by gzip", "unpack it, or let its file be read by its path"),
+        (start.starts_with(b"\x1F\x8B"), "compressed by gzip", "unpack it, or give the path of its file"),
         (start.starts_with(b"\x28\xB5\x2F\xFD"), "compressed by zstd", "unpack it"),
         (
             start.starts_with(b"BZh") || start.starts_with(b"\xFD7zXZ") || start.starts_with(b"7z\xBC\xAF"),

@@ -28,7 +28,7 @@ pub enum Layout {
 }
 
 impl Layout {
-    /// All layouts that a header can be recognised by.
+    /// All layouts that leadlag recognises by the header.
     pub const ALL: [Layout; 5] =
         [Layout::OpenAcc, Layout::AstazeroRebuilt, Layout::AstazeroProcessed, Layout::UltraAv, Layout::Pair];
 
@@ -67,8 +67,7 @@ impl FromStr for Layout {
     }
 }
 
-/// The layout of the first line of a file: the one most of whose columns it has, misspelt ones and other words for them
-/// included.
+/// The layout of the first line of a file: the one most of whose columns it has, including misspelt names and synonyms.
 /// Both OpenACC layouts begin alike; the header distinguishes them.
 pub(super) fn detect(first_line: &str) -> Option<Layout> {
     let mut fields = Vec::new();

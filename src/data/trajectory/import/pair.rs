@@ -58,7 +58,7 @@ pub(super) fn read<R: Read>(
     {
         return Err(problems.stop(table.lines[0], None, kind));
     }
-    // One pair, so what costs a value costs the file.
+    // One pair, so an unusable signal makes the file unusable.
     table.refuse(problems)?;
     let mut notes: Vec<Note> = table.repeated.clone().into_iter().collect();
     for (car, signal) in [(1, "lead2_spacing_m"), (2, "spacing_m")] {

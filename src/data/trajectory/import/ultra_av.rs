@@ -103,7 +103,7 @@ impl Columns<'_> {
             if *piece > 0 {
                 let numbered = (*piece + 1..).map(|number| format!("{id}.{number}"));
                 let free = numbered.into_iter().find(|new| !ids.contains(new.as_str()) && !given.contains(new));
-                let new = free.expect("one of endlessly many numbers is free");
+                let new = free.expect("one of infinitely many numbers is free");
                 let line = self.table.lines[rows[0]];
                 let note = Note::IdAgain { id: (*id).to_owned(), line, read_as: new.clone() };
                 platoon.notes.insert(0, note);

@@ -66,7 +66,7 @@ pub struct FollowerInspection {
     pub max_gap_s: f64,
     /// The segments that a calibration can use, in the order of time; empty if it would refuse the follower.
     pub segments: Vec<Stretch>,
-    /// Why it would.
+    /// The reason for a refusal.
     pub refused: Option<String>,
 }
 
@@ -93,7 +93,7 @@ pub struct CarInspection {
     pub name: String,
     pub length_m: Option<f64>,
     pub speed: SignalInspection,
-    /// Gap to the car numbered one less.
+    /// Gap to the car with the next lower number.
     pub gap: Option<SignalInspection>,
     pub position: Option<SignalInspection>,
     pub acceleration: Option<SignalInspection>,
@@ -251,7 +251,7 @@ fn refusal(error: &PrepareError) -> Option<String> {
     (!known).then(|| error.to_string())
 }
 
-/// What looks wrong.
+/// Warnings about the recording.
 fn warnings(
     rows: usize,
     sampling: &Sampling,

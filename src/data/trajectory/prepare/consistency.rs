@@ -30,7 +30,7 @@ pub(super) fn trajectory(
             t: samples.t[i],
             value: s[i],
             advice: match context.preparation.reconcile {
-                Reconcile::Gap => "cut the time window to where the spacing can be trusted",
+                Reconcile::Gap => "cut the time window to a part with a reliable spacing",
                 Reconcile::Speeds => "the speeds contradict the gap: anchor the spacing at the measured gap",
             },
         });
@@ -126,7 +126,7 @@ fn residual(gap: &[f64], integrated: &[f64], x_f: &[f64], anchor: &str) -> Note 
     }
 }
 
-/// Slope of the least-squares line of `y` over `x`; 0 where `x` does not move.
+/// Slope of the least-squares line of `y` over `x`; 0 if `x` does not change.
 fn slope(x: &[f64], y: &[f64]) -> f64 {
     let n = x.len() as f64;
     let (x_mean, y_mean) = (x.iter().sum::<f64>() / n, y.iter().sum::<f64>() / n);

@@ -27,7 +27,7 @@ pub struct Preparation {
     pub from: Option<f64>,
     /// Last time that is kept \[s\].
     pub to: Option<f64>,
-    /// Missing values are interpolated where the measured neighbours are at most this far apart \[s\]; longer gaps split
+    /// Missing values are interpolated if the measured neighbours are at most this far apart \[s\]; longer gaps split
     /// the data into segments.
     pub max_gap_s: f64,
     /// Smooth speeds and spacing as the paper's authors did: two Savitzky-Golay passes of 51 points, cubic.
@@ -38,7 +38,7 @@ pub struct Preparation {
     pub correct: bool,
     /// How spacing and speeds are made consistent.
     pub reconcile: Reconcile,
-    /// Only this trajectory of a file that holds several; all of them without it.
+    /// Only this trajectory of a file that holds several; `None`: all.
     pub trajectory_id: Option<String>,
     /// Road grade; takes precedence over a grade in or beside the file.
     pub grade: Option<Grade>,

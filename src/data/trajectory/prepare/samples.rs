@@ -184,7 +184,7 @@ fn spacing(lead: &Car, ego: &Car, context: &Context, notes: &mut Vec<Note>) -> R
     Ok(x_l.iter().zip(x_f).map(|(x_l, x_f)| x_l - x_f - len_l).collect())
 }
 
-/// Positions from `start` on by the measured speeds over the written times \[m\]; across missing speeds the last is kept.
+/// Positions from `start` on by the measured speeds over the written times \[m\]; missing speeds repeat the last one.
 fn driven(start: f64, t: &[f64], v: &[f64]) -> Vec<f64> {
     let mut v_last = v.iter().copied().find(|v| v.is_finite()).unwrap_or(0.0);
     let mut t_last = t.first().copied().unwrap_or_default();

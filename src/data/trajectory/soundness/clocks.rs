@@ -6,7 +6,7 @@
 //! is the gap averaged over two seconds (Fuller: Measurement Error Models, 1987, Section 1.4).
 //!
 //! Distance and speed determine differences between the two cars sharply. Only the changes of the gap determine the part common to both,
-//! less sharply. So a contradiction is often plain although the faulty car is not.
+//! less sharply. So a contradiction is often obvious although the faulty car is not.
 
 use super::finding::{Finding, FindingKind, Remedy, Who, Z_95, interval};
 use super::level::{self, Columns, Usable};
@@ -20,12 +20,12 @@ use nalgebra::{Matrix2, Vector2};
 const COMMON_SCALE_ERROR: f64 = 0.01 / LIMITS.significant;
 /// The same if a signal of a low rate is joined by straight lines, which cut off the extremes of its changes.
 const SLOW_SCALE_ERROR: f64 = 0.05 / LIMITS.significant;
-/// Widest clock error that is searched \[s\], and the step of the search.
+/// Largest clock error in the search \[s\], and the step of the search.
 const CLOCK_MAX_S: f64 = 3.0;
 const CLOCK_STEP_S: f64 = 0.2;
-/// The gap is compared over changes that begin so far apart \[s\].
+/// Interval between the starts of the compared changes of the gap \[s\].
 const PLACES_S: f64 = 1.0;
-/// Most steps of the estimation; each leaves a share of the clock's error that is half the scale's.
+/// Largest number of steps of the estimation; each leaves a share of the clock's error that is half of the scale's.
 const ROUNDS: usize = 6;
 /// Half width of the window over which the gap is averaged \[s\].
 const QUIET_S: f64 = 1.0;
@@ -52,7 +52,7 @@ struct Pair {
 const EXPLANATIONS: [(Who, [f64; 2]); 3] =
     [(Who::Leader, [1.0, 0.5]), (Who::Follower, [-1.0, 0.5]), (Who::Both, [0.0, 1.0])];
 
-/// The error of the car ahead by (difference, mean), and how it changes with these; of the follower by (-difference, mean).
+/// The error of the car ahead by (difference, mean), and its derivatives; of the follower by (-difference, mean).
 type Own = fn(Vector2<f64>) -> (f64, Vector2<f64>);
 
 fn scale_of(at: Vector2<f64>) -> (f64, Vector2<f64>) {
@@ -64,7 +64,7 @@ fn clock_of(at: Vector2<f64>) -> (f64, Vector2<f64>) {
     (at[1] + 0.5 * at[0], Vector2::new(0.5, 1.0))
 }
 
-/// From the view of the car: a difference that counts for the leader counts negatively for the follower.
+/// Seen from the car: a positive difference for the leader is a negative one for the follower.
 fn seen_by(who: Who, at: Vector2<f64>) -> Vector2<f64> {
     if who == Who::Follower { Vector2::new(-at[0], at[1]) } else { at }
 }
@@ -81,7 +81,7 @@ impl Redundancy {
         // Gauss-Newton: the columns of the clocks are first-order.
         for round in 1..=ROUNDS {
             let columns = columns(link, usable, late);
-            // The ratio of the noises hardly depends on what is left of a clock's error.
+            // The ratio of the noises hardly depends on the rest of a clock's error.
             let ratio = *noises.get_or_insert_with(|| level::ratio(&columns, usable));
             let beta = level::regress(&columns, usable, ratio, 0)?.beta;
             let [differ, common] = [late[0] - late[1] + beta[2], 0.5 * (late[0] + late[1]) + beta[3]];
@@ -141,7 +141,7 @@ impl Redundancy {
         findings
     }
 
-    /// Of the gap rate minus the speed difference, corrected by the estimates: root mean square over a second \[m/s\].
+    /// Gap rate minus speed difference, corrected by the estimates: root mean square over a second \[m/s\].
     pub fn residual_rate_rms(&self, link: &Link, usable: &Usable) -> f64 {
         let [scale, clock] = &self.estimate;
         let both = |pair: &Pair, own: Own| [Who::Leader, Who::Follower].map(|who| own(seen_by(who, pair.value)).0);
@@ -186,7 +186,7 @@ impl Pair {
         tried.sort_by(|a, b| a.1.2.total_cmp(&b.1.2));
         let (who, (at, covariance, misfit)) = tried[0];
         let told = tried.get(1).is_none_or(|second| second.1.2 - misfit > LIMITS.told);
-        // A second fault needs as much as the first one.
+        // A second fault needs as much evidence as the first one.
         if told && (misfit < LIMITS.significant.powi(2) || !(differ && common)) {
             let (value, error) = sized(who, at, covariance);
             return vec![finding(who, value, error)];
@@ -209,7 +209,7 @@ impl Pair {
     }
 }
 
-/// Faults known of one car are corrected.
+/// Corrects faults that are known of one car.
 fn remedies(who: Who) -> Vec<Remedy> {
     if matches!(who, Who::Leader | Who::Follower) { vec![Remedy::of("correct")] } else { Vec::new() }
 }
@@ -273,7 +273,7 @@ pub(super) fn shifted(y: &[f64], samples: f64) -> Vec<f64> {
 /// The target, then the columns of (difference, mean) of scales and of clocks, for speeds read `late` seconds later.
 fn columns(link: &Link, usable: &Usable, late: [f64; 2]) -> Columns {
     let read = |v: &[f64], late: f64| {
-        // Beyond the ends the measured values remain; a stretch loses little.
+        // Beyond the ends the measured values remain, so a stretch loses little.
         let moved = shifted(v, late / link.dt);
         moved.iter().zip(v).map(|(m, v)| if m.is_finite() { *m } else { *v }).collect::<Vec<f64>>()
     };
@@ -318,7 +318,7 @@ fn averaged(v: &[f64], half: usize) -> Vec<f64> {
         .collect()
 }
 
-/// Clock errors of both speeds on a coarse grid: where two-second changes of gap and way agree best \[s\].
+/// Clock errors of both speeds on a coarse grid at which two-second changes of gap and distance agree best \[s\].
 fn coarse(link: &Link, usable: &Usable) -> [f64; 2] {
     let way = |v: &[f64]| {
         let mut x = vec![0.0; v.len()];
@@ -348,7 +348,7 @@ fn coarse(link: &Link, usable: &Usable) -> [f64; 2] {
     };
     let shifts = || (-reach..=reach).map(|k| k * step);
     let mut best = (misfit(0, 0), [0, 0]);
-    // No change for less than half of the misfit.
+    // No change unless it removes half of the misfit.
     let worth = 0.5 * best.0;
     for l in shifts() {
         for f in shifts() {

@@ -1,4 +1,4 @@
-//! Corrections of faults, on request only.
+//! Corrections of faults, only on request.
 
 use super::clocks::shifted;
 use super::finding::{Finding, FindingKind, Who};
@@ -7,7 +7,7 @@ use super::noise::joined;
 use crate::trajectory::{Car, Platoon};
 
 /// Corrects one follower of a platoon by the findings about it. Each finding then names the correction, or why there is none.
-/// Signals that do not lie on a grid stay so: a clock is not corrected where rows are missing.
+/// Signals off the grid stay unchanged: a clock is not corrected if rows are missing.
 pub fn correct(platoon: &mut Platoon, follower: usize, link: &Link, findings: &mut [Finding]) {
     for finding in findings {
         finding.correction = Some(one(platoon, follower, link, finding));

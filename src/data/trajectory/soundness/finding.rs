@@ -32,9 +32,9 @@ pub enum FindingKind {
     Quantised,
     /// Accelerations are mostly noise.
     Noisy,
-    /// A speed that no road vehicle drives.
+    /// A speed that no road vehicle reaches.
     TooFast,
-    /// The time is a clock and not seconds.
+    /// The time is a time of day instead of seconds.
     TimeUnit,
     /// Gap and speeds contradict each other in a way that no constant explains.
     Inconsistent,
@@ -51,8 +51,8 @@ impl FindingKind {
             FindingKind::Exchanged | FindingKind::Unit | FindingKind::TooFast | FindingKind::TimeUnit => {
                 "all parameters are meaningless"
             }
-            FindingKind::Dropout => "a_max and a_min follow values that were not driven",
-            FindingKind::Spike => "t_h, a_max and d_0 follow values that were not driven",
+            FindingKind::Dropout => "a_max and a_min follow values that never occurred",
+            FindingKind::Spike => "t_h, a_max and d_0 follow values that never occurred",
             FindingKind::Resampled => "a_max, a_min and delays reproduce the sampling steps",
             FindingKind::Smoothed => "fast reactions are cut off, and lags look longer",
             FindingKind::Quantised => "a_max, a_min and scores with the acceleration follow the steps of the sensor",
@@ -65,7 +65,7 @@ impl FindingKind {
 }
 
 impl FindingKind {
-    /// What mends a fault of this kind or avoids it, for the page of documentation.
+    /// How to correct or avoid a fault of this kind, for the documentation.
     #[must_use]
     pub fn remedy(self) -> &'static str {
         match self {
@@ -82,7 +82,8 @@ impl FindingKind {
         }
     }
 
-    /// Sound drives in which a fault of this kind is found, of 1,000: measured by `tests/input/false_alarms.rs` with LEADLAG_FULL=1.
+    /// Number of 1,000 sound drives in which a fault of this kind is found: measured by `tests/input/false_alarms.rs` with
+    /// LEADLAG_FULL=1.
     #[must_use]
     pub fn false_alarms(self) -> f64 {
         match self {
@@ -140,10 +141,10 @@ impl fmt::Display for Remedy {
 /// One fault of the data.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// What it is.
+    /// Its kind.
     #[serde(rename = "name")]
     pub kind: FindingKind,
-    /// Whose signal.
+    /// The car of the signal.
     pub car: Who,
     /// `speed`, `gap` or `time`.
     pub signal: &'static str,

@@ -17,12 +17,12 @@ const COARSE: f64 = 0.005;
 pub(super) struct Dropouts {
     /// All of them.
     pub ranges: Vec<Range<usize>>,
-    /// Those with a value that is not such a sample.
+    /// Samples with a value, without these.
     held: Vec<Range<usize>>,
 }
 
 impl Dropouts {
-    /// Leaves out samples that other findings cover.
+    /// Omits samples that other findings cover.
     pub fn leave_out(&mut self, told: &[Range<usize>]) {
         let apart = |range: &Range<usize>| told.iter().all(|t| range.start > t.end || t.start > range.end);
         self.ranges.retain(apart);
@@ -68,13 +68,14 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
             long && (jumps() || moves())
         };
         if kept {
-            // The first of equal values was measured, unless no car comes to it: a fall to zero, or what a radar says without a target.
+            // The first of equal values was measured, unless no car can reach it: a drop to zero, or the value of a radar without a
+            // target.
             let comes = run.start.checked_sub(1).is_none_or(|i| steps[i].abs() <= impossible(signal, link));
             let measured = usize::from(!at_zero && comes);
             found.push(run.start + measured..run.end + 1);
         }
     }
-    // A straight line: second differences of zero between steps that are not. A signal without noise is straight here and there. The second
+    // A straight line: second differences of zero between steps that are not. A signal without noise has straight parts. The second
     // differences of a smooth motion are similar, and small together: only those of a sensor's noise alternate.
     if line < 0.3 && factor <= 1.0 && noise::noisy(signal, link) && alternate(&bends) {
         let tolerance = 2.5 * q;

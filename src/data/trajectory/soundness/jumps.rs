@@ -12,7 +12,7 @@ use std::ops::Range;
 const WITHIN_S: f64 = 1.0;
 /// Across longer stretches without a value there is no comparison \[s\].
 const UNSEEN_S: f64 = 2.0;
-/// A spike differs from the values within this distance to either side \[s\]; a longer change is a jump.
+/// A spike differs from the values up to this distance on either side \[s\]; a longer change is a jump.
 const AROUND_S: f64 = 0.5;
 /// Number of named jumps and spikes.
 const NAMED: usize = 3;
@@ -154,7 +154,7 @@ fn shown(link: &Link, jump: &Jump) -> String {
     format!("{how} {size:.1} m ({:.1} to {:.1} m) at {:.1} s", link.gap[from], link.gap[to], link.time(to))
 }
 
-/// The longest stretch in which the gap does not jump, as options; none if that is the whole.
+/// The longest stretch in which the gap does not jump, as options; none if that is the whole drive.
 fn longest_without(link: &Link, jumps: &[&Jump]) -> Vec<Remedy> {
     let last = link.len() - 1;
     let starts = std::iter::once(0).chain(jumps.iter().map(|jump| jump.range.end));

@@ -92,7 +92,7 @@ pub(super) fn ratio(columns: &Columns, usable: &Usable) -> f64 {
     golden(likelihood, -16.0, 10.0).exp()
 }
 
-/// Samples of the autocorrelation that errors allow for.
+/// Lags of the autocorrelation that the errors allow for \[samples\].
 pub(super) fn lags(dt: f64) -> usize {
     (LAG_S / dt).round() as usize
 }
@@ -186,7 +186,7 @@ pub(super) fn regress(columns: &Columns, usable: &Usable, ratio: f64, lags: usiz
     }
     let mut right = z.tr_mul(&y);
     (0..parameters).for_each(|i| right[i] /= scale[i]);
-    // A constant signal gives no finite number, and a decomposition would not converge on that.
+    // A constant signal gives infinite or undefined numbers, on which a decomposition would not converge.
     if !normal.iter().all(|x| x.is_finite()) {
         return None;
     }

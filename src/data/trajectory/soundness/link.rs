@@ -118,7 +118,7 @@ impl Link {
     /// Time of a sample in the file \[s\].
     #[must_use]
     pub fn time(&self, sample: usize) -> f64 {
-        // Without the dust of sums.
+        // Without the rounding errors of sums.
         ((self.t_0 + sample as f64 * self.dt) * 1e6).round() / 1e6
     }
 

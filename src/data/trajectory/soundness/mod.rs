@@ -1,7 +1,7 @@
 //! Checks the soundness of the data, for every command.
 //!
-//! The gap and the two speeds of a link are redundant: d(gap)/dt = v_l - v_f. The checks find, size and name contradictions before a model
-//! is fitted, and correct them only on request. They refuse nothing; reading and preparation refuse unusable data.
+//! The gap and the two speeds of a link are redundant: d(gap)/dt = v_l - v_f. The checks detect, measure and name contradictions before a
+//! model is fitted, and correct them only on request. They refuse nothing; reading and preparation refuse unusable data.
 
 mod clocks;
 mod correct;
@@ -32,7 +32,7 @@ use std::ops::Range;
 pub struct Soundness {
     /// The faults, in the order of the checks and not by severity.
     pub findings: Vec<Finding>,
-    /// Faults that these data cannot show, one sentence each.
+    /// Faults that these data cannot reveal, one sentence each.
     pub unseen: Vec<String>,
     /// Root mean square of gap rate minus speed difference over one second \[m/s\].
     pub rate_rms_mps: Option<f64>,
@@ -60,7 +60,7 @@ pub fn check(recording: &Recording, platoon: usize, follower: usize) -> Result<S
 /// Checks a link, and the times of its platoon.
 #[must_use]
 pub fn check_platoon(platoon: &Platoon, link: &Link) -> Soundness {
-    // In another unit of time nothing else can be compared.
+    // With another unit of time, no other comparison is possible.
     let mut soundness = match time::of_unit(link) {
         Some(finding) => Soundness { findings: vec![finding], unseen: Vec::new(), rate_rms_mps: None },
         None => check_link(link),
@@ -93,7 +93,7 @@ pub fn check_link(measured: &Link) -> Soundness {
         findings.extend(noise::quantised(&signal));
         if let Some(found) = resampled {
             if found.held {
-                // Held values are late by half of their time, which is not another fault.
+                // Held values are late by half of their duration, which is not another fault.
                 values.clone_from(&noise::joined(signal.values, found.factor));
             }
             blurred = true;
@@ -103,13 +103,13 @@ pub fn check_link(measured: &Link) -> Soundness {
             blurred = true;
             findings.push(smoothed);
         }
-        // Samples that were not measured, and spikes, contain nothing about the other signals.
+        // Unmeasured samples and spikes contain no information about the other signals.
         for range in dropouts.ranges.iter().chain(&spikes) {
             values[range.clone()].fill(f64::NAN);
         }
     }
     findings.splice(0..0, units::too_fast(&link));
-    // What is held has no noise between its own samples.
+    // A held signal has no noise between its own samples.
     findings.extend(noise::drowned(&link));
     let mut unseen = Vec::new();
     let mut usable = level::Usable::new(&link, &broken, &[]);
@@ -126,7 +126,7 @@ pub fn check_link(measured: &Link) -> Soundness {
         match clocks::Redundancy::estimate(&link, &usable, slow) {
             Some(redundancy) => {
                 findings.extend(redundancy.findings(&link, blurred));
-                // Scales and clocks are allowed for; without other evidence, that is enough.
+                // After correction of scales and clocks; without other evidence, that is enough.
                 let rms = redundancy.residual_rate_rms(&link, &usable);
                 let rms = level::rate_rms(&link, &usable.stretches).map_or(rms, |measured| measured.min(rms));
                 left = left.or((rms > LIMITS.unrelated).then_some((rms, LIMITS.unrelated)));

@@ -1,7 +1,7 @@
-//! The noise of a signal: none at all, not white, or that of a lower sampling rate.
+//! The noise of a signal: absent, not white, or that of a lower sampling rate.
 //!
-//! Third differences of a smoothly driven car are nearly all noise: of white noise of deviation σ they have the variance 20 σ²
-//! (1, -3, 3, -1) and the autocorrelation -0.75, 0.3, -0.05.
+//! Third differences of a smoothly driven car are nearly all noise: those of white noise of deviation σ have the variance 20
+//! σ² (1, -3, 3, -1) and the autocorrelation -0.75, 0.3, -0.05.
 
 use super::finding::{Finding, FindingKind, Remedy, Who, interval};
 use super::limits::LIMITS;
@@ -100,7 +100,7 @@ fn told(link: &Link) -> bool {
     link.dt * LIMITS.noise_rate <= 1.0
 }
 
-/// A signal that is smoother than a sensor's.
+/// A signal that is smoother than that of a sensor.
 pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
     if !told(link) {
         return None;
@@ -120,7 +120,7 @@ pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
         format!("third differences leave {sigma:.1e} {} for noise, less than any sensor has", signal.unit)
     } else {
         format!(
-            "its noise of {sigma:.1e} {} is not white (autocorrelation off by {off:.2}), as after a filter",
+            "its noise of {sigma:.1e} {} is not white (autocorrelation off by {off:.2}), as if filtered",
             signal.unit
         )
     };
@@ -157,17 +157,17 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
     let q = quantum(y);
     let tolerance = 2.5 * q.min(1e-4);
     let drives = |i: usize, before: usize| (i - before..=i).all(|k| link.driving(k) && y[k].is_finite());
-    // Held: the value changes at some samples only.
+    // Held: the value changes only at some samples.
     let changes = (1..y.len()).map(|i| drives(i, 1).then(|| y[i] != y[i - 1]));
     let (factor, how) = match regular(changes) {
         Some(factor) => (factor, HELD),
         None => {
-            // Straight lines: the slope changes at some samples only.
+            // Straight lines: the slope changes only at some samples.
             let bends =
                 (2..y.len()).map(|i| drives(i, 2).then(|| (y[i] - 2.0 * y[i - 1] + y[i - 2]).abs() > tolerance));
             match regular(bends) {
                 Some(factor) => (factor, "joined by straight lines between its own samples"),
-                // Without noise its end cannot be seen.
+                // Without noise, the end of its spectrum is invisible.
                 None if !noisy(signal, link) => return None,
                 None => (spectrum::cut_off(signal, link)?, "interpolated: its noise ends at half its own rate"),
             }
@@ -236,7 +236,7 @@ fn regular(events: impl Iterator<Item = Option<bool>>) -> Option<f64> {
     let median = sorted[n / 2];
     let usual: Vec<usize> = distances.iter().copied().filter(|d| d.abs_diff(median) <= 1).collect();
     let regular = usual.len() as f64 >= REGULAR * n as f64;
-    // Random events have distances of 2 most often, but as often again larger ones; and they must fill the drive.
+    // Random events most often have distances of 2, but equally often larger ones; the events must fill the drive.
     let mean = usual.iter().sum::<usize>() as f64 / usual.len() as f64;
     let near = usual.iter().filter(|d| (**d as f64 - mean).abs() < 1.0).count() as f64;
     (regular && near >= REGULAR * n as f64).then_some(mean)

@@ -1,4 +1,4 @@
-//! A constant error of the gap: only positions of both cars can show it.
+//! A constant error of the gap: only positions of both cars can reveal it.
 
 use super::finding::{Finding, FindingKind, Remedy, Who, Z_95, interval};
 use super::limits::LIMITS;
@@ -12,7 +12,7 @@ const BLOCK_S: f64 = 30.0;
 pub(super) enum Seen {
     Finding(Box<Finding>),
     Sound,
-    /// Why it cannot be seen.
+    /// Why the data cannot reveal it.
     No(&'static str),
 }
 

@@ -6,7 +6,7 @@ use crate::statistics::upper_median;
 
 /// Samples of one periodogram.
 const WINDOW: usize = 256;
-/// The plateau of noise before the end is this flat, and the rest lies this far below, as factors of power.
+/// Flatness of the plateau of noise before the end, and distance of the rest below it, as factors of power.
 const FLAT: f64 = 4.0;
 const DROP: f64 = 100.0;
 

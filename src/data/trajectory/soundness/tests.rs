@@ -233,7 +233,7 @@ fn a_clock_is_told_from_seconds() {
     assert!(found.contains("145859.5 is followed by 145900") && found.contains("5 full minutes"), "{found}");
     let seconds: Vec<f64> = (0..6000).map(|i| f64::from(i) * 0.1).collect();
     assert_eq!(time::of_clock(&seconds), None);
-    // A pause of a minute is no clock.
+    // A pause of a minute does not mean a time of day.
     let pause: Vec<f64> = (0..600).map(|i| f64::from(i) * 0.1 + if i < 300 { 0.0 } else { 60.0 }).collect();
     assert_eq!(time::of_clock(&pause), None);
 }

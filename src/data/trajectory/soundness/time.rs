@@ -10,16 +10,16 @@ const MINUTE: f64 = 40.0;
 /// The first invalid time of day.
 const DAY: f64 = 240_000.0;
 
-/// Units of time that a table may have, their size \[s\] and how a column map calls them.
+/// Units of time that a table may have, their size \[s\] and their names in a column map.
 const UNITS: [(f64, &str, &str); 3] = [(60.0, "minutes", "min"), (3600.0, "hours", "h"), (86_400.0, "days", "day")];
 /// Usual rates of frames \[1/s\].
 const RATES: [f64; 10] = [10.0, 12.5, 15.0, 20.0, 24.0, 25.0, 30.0, 50.0, 60.0, 100.0];
-/// Ratio of the changes of the gap to those that the speeds imply up to which both agree.
+/// Largest ratio of the changes of the gap to those that the speeds imply at which both agree.
 const AGREE: std::ops::Range<f64> = 0.8..1.25;
 /// Ratio by which one frame rate differs from the next.
 const NEAR: f64 = 0.03;
 
-/// That the time is in another unit than seconds: in that unit gap and speeds agree.
+/// A finding that the time is in another unit than seconds, in which gap and speeds agree.
 pub(super) fn of_unit(link: &Link) -> Option<Finding> {
     let agrees = |size: f64| link.ratio(size).is_some_and(|ratio| AGREE.contains(&ratio));
     let is_whole = |x: f64| (x - x.round()).abs() < 1e-9;
@@ -49,7 +49,7 @@ pub(super) fn of_unit(link: &Link) -> Option<Finding> {
     })
 }
 
-/// That a time column holds a clock of the form HHMMSS, if it does.
+/// A finding that a time column holds times of day of the form HHMMSS.
 pub(super) fn of_clock(t: &[f64]) -> Option<Finding> {
     let usual = median_step(t)?;
     let is_clock = |t: f64| (0.0..DAY).contains(&t) && t % 100.0 < 60.0 && (t / 100.0).floor() % 100.0 < 60.0;

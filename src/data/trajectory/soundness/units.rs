@@ -20,7 +20,7 @@ pub(super) fn factor(link: &Link) -> Option<Finding> {
     })
 }
 
-/// Speeds that no road vehicle drives. Speeds in ft/s show from 60 km/h on, those in km/h from 55 km/h on.
+/// Speeds that no road vehicle reaches. This reveals speeds in ft/s from 60 km/h on, and those in km/h from 55 km/h on.
 pub(super) fn too_fast(link: &Link) -> impl Iterator<Item = Finding> + '_ {
     link.signals().into_iter().take(2).filter_map(|signal| {
         let v = signal.values;

@@ -1,4 +1,4 @@
-//! Quantities at every sample of a drive that errors are sorted by.
+//! Quantities at every sample of a drive by which errors are sorted.
 
 use crate::diagnose::drive::Drive;
 

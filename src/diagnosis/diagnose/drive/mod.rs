@@ -29,7 +29,7 @@ const STANDING_M: f64 = 1e-3;
 const TAU_P_UPPER: f64 = 0.8;
 
 /// A law reads other quantities of the cars ahead half a step in advance, as the nuisance lead does for gap and speed difference: an
-/// acceleration that holds for a step comes late by that. In samples.
+/// acceleration that holds for a step is late by as much. In samples.
 const HALF_STEP: f64 = 0.5;
 
 /// A measured run without jumps: the follower as measured, the leader smoothed.
@@ -77,7 +77,7 @@ pub enum DriveError {
     /// It is long enough, but its parts are not.
     #[error(
         "{label}: it has {whole:.1} s, of which the last third ({held:.1} s) is held back; either part needs a stretch of {SHORTEST_S} s, \
-         so {:.0} s in all; give a longer recording, or --holdout OTHER.csv, which leaves all of this one to the training",
+         so {:.0} s in all; give a longer recording, or --holdout OTHER.csv, which keeps all of this one for training",
         SHORTEST_S / (1.0 - TRAINED_ON)
     )]
     HeldBack {
@@ -96,7 +96,7 @@ fn too_short(jumps: usize, longest: f64, shortest: f64) -> String {
     }
     format!(
         "no piece of {shortest} s without a jump of the gap of more than {JUMP_M} m ({jumps} jumps, the longest piece has \
-         {longest:.1} s); give a longer recording, or cut it to where the gap can be trusted"
+         {longest:.1} s); give a longer recording, or cut it to a part with a reliable gap"
     )
 }
 

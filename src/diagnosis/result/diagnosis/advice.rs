@@ -27,7 +27,7 @@ impl Outcome {
                     .to_owned(),
             );
         }
-        // A base is not at fault for a gap that it cannot have driven.
+        // The base is not at fault if the gap is physically impossible.
         let broken = self.data_findings.iter().any(|f| f.name == "inconsistent");
         let shaken = matches!(self.verdict, Verdict::BadBase | Verdict::Unexplained);
         (broken && shaken).then(|| {

@@ -75,10 +75,10 @@ pub struct CauseEntry {
 pub struct NotTriedEntry {
     /// Its name.
     pub name: String,
-    /// Why.
+    /// The reason.
     #[serde(default)]
     pub reason: String,
-    /// What the data lack, if that is why.
+    /// The missing data, if that is the reason.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub needs: Option<String>,
     /// The remedy.
@@ -285,7 +285,7 @@ pub struct DataEntry {
     pub follower: usize,
     /// The follower's name.
     pub name: String,
-    /// Id of the trajectory, where the file names its trajectories.
+    /// Id of the trajectory, if the file names its trajectories.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub trajectory: Option<String>,
     /// `train` or `holdout`.
@@ -450,7 +450,7 @@ pub struct Outcome {
     pub schema_version: u32,
     /// The verdict.
     pub verdict: Verdict,
-    /// Why.
+    /// The reason.
     pub reason: String,
     /// Adopted causes in order; for `ambiguous` the best one first.
     pub causes: Vec<CauseEntry>,
@@ -613,7 +613,7 @@ impl Outcome {
         calibrated(variant, &recommended.parameters, &recommended.bounds, &self.convention).map(Some)
     }
 
-    /// Causes that could be in the place of an adopted one. Where a file does not say in whose, in that of the first.
+    /// Causes that could be in the place of an adopted one. If a file does not name the adopted one, it is the first.
     pub fn rivals<'a>(&'a self, of: &'a CauseEntry) -> impl Iterator<Item = &'a CauseEntry> {
         let first = self.causes.first().map(|cause| cause.name.as_str());
         let own = move |rival: &&CauseEntry| rival.instead_of.as_deref().or(first) == Some(of.name.as_str());

@@ -65,7 +65,7 @@ pub enum Why {
 pub struct Recommended {
     /// The causes, in the order in which they were found.
     pub causes: Vec<RecommendedCause>,
-    /// Why.
+    /// The reason.
     pub why: Why,
     /// All parameters of the model, fitted to all drives over their whole length. `extended` of the result has their intervals.
     pub parameters: IndexMap<String, f64>,

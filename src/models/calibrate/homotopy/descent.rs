@@ -24,7 +24,7 @@ const LEAST: f64 = 1e-6;
 /// Lowest cost of interest.
 #[derive(Debug, Clone, Copy)]
 pub struct Course {
-    /// What is minimised.
+    /// The minimised objective.
     pub pull: Pull,
     /// Turns at most.
     pub turns: usize,

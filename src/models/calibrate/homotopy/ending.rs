@@ -24,7 +24,7 @@ const EXACT_TURNS: usize = 10;
 const FINE: f64 = 1e-6;
 /// An unfulfilled promise of the derivatives, as a share of the score: below it a point is an optimum, above it a polish follows.
 const PROMISE: f64 = 1e-5;
-/// Rise of the score, as a share of it, to the points from which a polish on an edge starts, and their number per parameter.
+/// Rise of the score, as a share of it, to the points from which a polish at an edge starts, and their number per parameter.
 const EDGE: f64 = 1e-4;
 const EDGES: usize = 4;
 /// Largest number of simulations of a polish per parameter, and the unit of its generations: the lanes of a small block.

@@ -34,7 +34,7 @@ impl<'a> Objective<'a> {
         &self.lanes.cases()[self.cases.clone()]
     }
 
-    /// What is minimised.
+    /// The measure to minimise.
     pub fn gof(&self) -> &'a GoodnessOfFit {
         self.lanes.gof()
     }

@@ -9,7 +9,7 @@ use std::time::Instant;
 /// Evaluations reserved for the exact scores of the points of a search when it is stopped.
 pub const LAST: usize = 16;
 
-/// The books of a replicate.
+/// The record of a replicate.
 pub struct Record<'a> {
     pub settings: &'a Calibration,
     pub number: u64,
@@ -55,7 +55,7 @@ impl<'a> Record<'a> {
         }
     }
 
-    /// Why no more simulations may be used, if so.
+    /// The reason why no more simulations are allowed, if any.
     fn refusal(&self, simulations: u64) -> Option<StopReason> {
         let stop = &self.settings.stop;
         let best = self.best.as_ref().map(|(_, score)| *score);

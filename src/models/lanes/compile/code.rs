@@ -123,7 +123,7 @@ impl Code {
         }
     }
 
-    /// Number of read rows that differ by lane; of the others it reads the first lane.
+    /// Number of read rows that differ by lane; it reads the first lane of the others.
     pub fn own(self) -> usize {
         if self == Code::Moved { 3 } else { self.rows().1 }
     }

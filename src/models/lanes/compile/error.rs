@@ -21,14 +21,14 @@ pub enum LanesError {
         line: usize,
         /// Column, from 1.
         column: usize,
-        /// What it is.
+        /// The construct.
         construct: String,
         /// The line as written.
         code: String,
     },
     /// More operations than rows.
     #[error(
-        "the model has {operations} operations with calls inlined, and the CPU takes {most} at most; use fewer extensions, \
+        "the model has {operations} operations with calls inlined, and the CPU allows at most {most}; use fewer extensions, \
          or shorter ones"
     )]
     TooLarge {

@@ -54,7 +54,7 @@ pub enum Op {
 }
 
 impl Op {
-    /// What it reads.
+    /// Its operands.
     pub fn operands(&self) -> impl Iterator<Item = Id> {
         let operands = match *self {
             Op::Input(_) | Op::Constant(_) => [None; 3],

@@ -42,7 +42,7 @@ pub struct Model {
     pub prologue: Vec<Step>,
     /// Spacing, speed, leader's speed as perceived.
     pub perceived: [Row; 3],
-    /// Way of the preceding vehicle.
+    /// Displacement of the preceding vehicle.
     pub dx_l: Row,
     /// True if only the first lane is read.
     pub dx_l_is_shared: bool,
@@ -60,7 +60,7 @@ pub struct Model {
     pub steps: [StepCode; 2],
     /// Computes the spacing at a sample before the first simulated one, from `perceived`.
     pub start: Vec<Step>,
-    /// Where that spacing is.
+    /// The row of that spacing.
     pub start_s: Row,
     /// True if a candidate perceives the current sample.
     pub undelayed: bool,
@@ -98,7 +98,7 @@ impl Model {
     /// Compiles `step` and `starting_spacing` of a text, composed for this recipe.
     ///
     /// # Errors
-    /// [`LanesError`] for a text that is more than parts may be.
+    /// [`LanesError`] for a text with constructs that parts may not use.
     pub fn compile(source: &Source, checked: &Checked, recipe: &Recipe) -> Result<Model, LanesError> {
         check_all(source, checked)?;
         // A candidate then perceives another sample than the current one.

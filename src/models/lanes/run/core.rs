@@ -86,7 +86,7 @@ pub struct Core<T, const A: usize, const B: usize> {
     small: Blocks<T, B>,
     /// Only blocks of this many lanes, for tests.
     pub(super) only: Option<usize>,
-    /// Memory that one run leaves to the next.
+    /// Memory that runs reuse.
     plan: Plan,
     sorted: Vec<Finished>,
 }

@@ -1,14 +1,14 @@
 //! The power function in f64, over blocks of values: the plan of shaders/power.wgsl with longer polynomials and fused multiply-adds.
 //!
-//! The standard library's takes its arguments one by one, and thirty times as long. In stages as `power`, for the same reason; two stages
-//! are enough here.
+//! That of the standard library takes its arguments one by one, and thirty times as long. In stages as `power`, for the same reason; two
+//! stages are enough here.
 #![allow(clippy::needless_range_loop, reason = "loops over rows of lanes, in the form that is vectorised")]
 
 use super::binary::double::{EXP, LOG, parts, scale};
 use super::binary::{Aligned, horner_fused};
 use std::hint::black_box;
 
-/// Writes x[i] to the power of y[i] into `out`; 0 where x is not a normal number above 0.
+/// Writes x[i] to the power of y[i] into `out`; 0 if x is not a normal number above 0.
 #[inline(always)]
 pub fn power_block<const L: usize>(x: &[f64; L], y: &[f64; L], out: &mut [f64; L]) {
     let mut part = Aligned([0.0; L]);

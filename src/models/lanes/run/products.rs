@@ -10,7 +10,7 @@ use std::ops::Range;
 /// A candidate among those of a run, followed by copies of it with one coordinate moved at a time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Differences {
-    /// Where the candidate is.
+    /// Position of the candidate.
     pub first: usize,
     /// Displacement of each coordinate.
     pub steps: Vec<f64>,

@@ -37,7 +37,7 @@ pub fn went<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L], alive: &[T; L]
     differ
 }
 
-/// The same, where the step is feasible too.
+/// The same, if the step is feasible, too.
 #[inline(always)]
 pub fn went_where<T: Real, const L: usize>(
     a_free: &[T; L],

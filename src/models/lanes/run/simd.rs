@@ -147,7 +147,7 @@ impl<T: Real, const L: usize> Registers<T, L> {
 /// Runs a block that has started up to a sample, in the code of an instruction set.
 ///
 /// # Panics
-/// If this processor has not that instruction set.
+/// If this processor lacks that instruction set.
 pub fn run_block<T: Real, const L: usize>(
     set: InstructionSet,
     program: &Program<T, L>,

@@ -378,7 +378,7 @@ fn give<T: Real, const L: usize>(
     }
 }
 
-/// Signals as perceived: between the samples t - 1 - back and the next, but no younger than t - 1.
+/// Signals as perceived: between the samples t - 1 - back and the next, but no later than t - 1.
 #[inline(always)]
 fn perceive<T: Real, const L: usize>(
     w: &mut Workspace<T, L>,
@@ -434,7 +434,8 @@ fn put_back<T: Real, const L: usize>(w: &mut Workspace<T, L>, stream: &Stream<T>
     }
 }
 
-/// Closes the lanes that failed in the step from home `from`; returns their number. It is rare, so it goes lane by lane.
+/// Closes the lanes that failed in the step from home `from`; returns their number. Failures are rare, so the loop goes
+/// lane by lane.
 #[cold]
 #[inline(never)]
 fn close<T: Real, const L: usize>(w: &mut Workspace<T, L>, program: &Program<T, L>, from: usize, t: usize) -> usize {

@@ -35,7 +35,8 @@ pub struct AutoSettings {
     pub finished: f64,
     /// Rounds agree if their values differ by no more than this share.
     pub agreement: f64,
-    /// All four are shares of this if the best value is smaller: near 0 a share of the value itself is never reached.
+    /// All four are shares of this if the best value is smaller, because a search near 0 never reaches a share of the
+    /// value.
     pub floor: f64,
     /// Number of rounds that have to agree if none ended elsewhere.
     pub rounds: usize,

@@ -236,7 +236,7 @@ impl Descent {
         let within = range(&mut values.iter().copied());
         let flat = within <= limit && (self.latest.len() < window || range(&mut self.latest.iter().copied()) <= limit);
         let widest = self.sigma * self.lengths.max();
-        // 1e-11 of the box; a step ten thousand times the first one; no gain for as long as a run with a slow covariance takes.
+        // 1e-11 of the box; a step ten thousand times the first one; no gain for the length of a run with a slow covariance.
         let stuck = self.without_gain as f64 > 100.0 + 100.0 * n.powf(1.5) / lambda;
         self.converged |= flat && (self.latest.len() >= window || within == 0.0);
         self.converged |= widest < 1e-11 || widest > 1e4 * self.first_sigma || stuck;

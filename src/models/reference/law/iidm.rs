@@ -60,7 +60,7 @@ mod tests {
         same(law(4.0, 0.0, 0.0), 1.5);
         // With an impossible spacing: z = 12 / 0.001.
         same(law(-1.0, 10.0, 10.0), 2.0 * (1.0 - 12_000.0 * 12_000.0));
-        // At v_0 with z < 1 nothing is left.
+        // At v_0 with z < 1 the acceleration is 0.
         same(law(44.0, 20.0, 20.0), 0.0);
     }
 

@@ -11,7 +11,7 @@ pub struct Seen<'a> {
     pub p: &'a Parameters,
     /// The law's own parameters, in the order of its file; those of the paper's table are not among them.
     pub own: &'a [f64],
-    /// What is perceived.
+    /// The perceived values.
     pub x: Perceived,
     /// Present own speed, which is not delayed \[m/s\].
     pub v_f: f64,
@@ -33,7 +33,7 @@ pub type Memory = [f64; 4];
 /// A law.
 #[derive(Debug)]
 pub struct Law {
-    /// As its file is called.
+    /// The name of its file.
     pub name: &'static str,
     /// Commanded acceleration \[m/s²\].
     pub acceleration: fn(&Seen<'_>, &mut Memory) -> f64,

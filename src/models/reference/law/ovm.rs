@@ -1,7 +1,7 @@
 use super::{Memory, Seen, values};
 use crate::symbols::Parameters;
 
-/// Largest share of `v_0` for which a spacing is given: the optimal speed approaches `v_0` only at infinity.
+/// Largest share of `v_0` that has a spacing: the optimal speed approaches `v_0` only at infinity.
 const MOST: f64 = 0.999;
 
 /// Bando et al. (1995): relaxation to the optimal speed \[m/s²\].
@@ -15,7 +15,7 @@ pub fn optimal_speed(v_0: f64, ds: f64, beta: f64, s: f64) -> f64 {
     v_0 * ((s / ds - beta).tanh() + beta.tanh()) / (1.0 + beta.tanh())
 }
 
-/// The spacing of which `v` is the optimal speed \[m\]; from `v_0` on that of a speed just below.
+/// The spacing of which `v` is the optimal speed \[m\]; from `v_0` on, that of a speed just below.
 pub fn spacing(v_0: f64, ds: f64, beta: f64, v: f64) -> f64 {
     let share = (v / v_0).min(MOST);
     ds * (beta + (share * (1.0 + beta.tanh()) - beta.tanh()).atanh())

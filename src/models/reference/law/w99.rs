@@ -37,7 +37,7 @@ fn wanted(seen: &Seen<'_>) -> f64 {
     let opening = if v_l > cc5 { noticed + cc5 } else { noticed };
 
     if dv < opening && dx <= shortest {
-        // Too close. Behind a standing vehicle, nearer than cc0, SUMO's W99 commands 0.
+        // Too close. Behind a standing vehicle, closer than cc0, SUMO's W99 commands 0.
         if v_l <= 0.0 {
             return 0.0;
         }
@@ -64,8 +64,8 @@ fn wanted(seen: &Seen<'_>) -> f64 {
     }
 }
 
-/// There is no state of rest: below the end of following the car brakes by cc7, above it the car accelerates \[m\]. From `v_0` on, that of
-/// `v_0`.
+/// No spacing is stationary: below the end of following the car brakes by cc7, above it the car accelerates \[m\]. Beyond `v_0`, the
+/// spacing of `v_0`.
 pub fn equilibrium(p: &Parameters, own: &[f64], v: f64) -> f64 {
     let [cc1, cc2, _, _, _, _, _, _, _] = values(own);
     p.d_0 + cc1 * v.min(p.v_0) + cc2
@@ -99,9 +99,9 @@ mod tests {
         same(law([2.0, 0.9, 0.4], 0.0, 0.0), -0.252);
         // Not closing: cc7.
         same(law([10.0, 10.0, 10.0], 0.0, 0.0), -0.25);
-        // Nearer than cc0 to a standing vehicle: nothing.
+        // Closer than cc0 to a standing vehicle: command 0.
         same(law([2.0, 10.0, 0.0], 0.0, 0.0), 0.0);
-        // Opening by more than 0.1 + 0.5 m/s: nothing.
+        // Opening by more than 0.1 + 0.5 m/s: command 0.
         same(law([10.0, 10.0, 12.0], 0.0, 0.0), 0.0);
     }
 
@@ -122,7 +122,7 @@ mod tests {
 
     #[test]
     fn following() {
-        // 0 < 0.225 + 0.5 and 15 < 20: on as before, by cc7 at least.
+        // 0 < 0.225 + 0.5 and 15 < 20: continue as before, by at least cc7.
         same(law([15.0, 10.0, 10.0], 0.0, 0.0), -0.25);
         same(law([15.0, 10.0, 10.0], -1.0, 0.0), -1.0);
         same(law([15.0, 10.0, 10.0], 0.1, 0.0), 0.25);
@@ -148,7 +148,7 @@ mod tests {
     #[test]
     fn the_free_acceleration_before_the_limits() {
         let free = |v: f64| wanted(&steady(&P, &OWN, [100.0, v, v]));
-        // 2 + 1 10 + 0.5; from 80 km/h = 22.2 m/s on no more.
+        // 2 + 1 10 + 0.5; constant above 80 km/h = 22.2 m/s.
         same(free(10.0), 12.5);
         same(free(29.0), 2.5 + 200.0 / 9.0);
     }

@@ -34,7 +34,7 @@ impl Reader<'_> {
         bases.iter().filter_map(|base| Some((*base, self.rate(base)?))).collect()
     }
 
-    /// The same by the platoon of the calibration: part of a rate that belongs to the drives.
+    /// The same by the platoon of the calibration: part of the rate comes from the drives.
     fn by_platoon(&self, bases: &[&str]) -> Vec<String> {
         let mut platoons: Vec<&str> = self.own.drives.iter().map(|drive| drive.platoon.as_str()).collect();
         platoons.dedup();

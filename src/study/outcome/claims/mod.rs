@@ -74,7 +74,7 @@ fn claim(paper: &'static str, found: &[String], agrees: Option<bool>) -> Claim {
 }
 
 impl Claim {
-    /// With the reason for a difference, if there is one.
+    /// Adds the reason for a difference, if there is one.
     fn because(self, why: impl FnOnce() -> Vec<String>) -> Claim {
         let why = if self.agrees == Some(false) { why() } else { Vec::new() };
         Claim { why: (!why.is_empty()).then(|| why.join("; ")), ..self }

@@ -235,7 +235,7 @@ impl ColumnMap {
         }
     }
 
-    /// A column without a number in its name that every car of a platoon would read, with its name.
+    /// The name of a column without a number, which would be the same for every car of a platoon.
     fn shared(&self) -> Option<(Role, &str)> {
         let own = [Role::Speed, Role::Gap, Role::Headway, Role::Position];
         let all = self.columns.iter().filter(|column| own.contains(&column.role));

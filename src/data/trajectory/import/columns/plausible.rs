@@ -57,7 +57,7 @@ impl Pair {
     }
 }
 
-/// Checks what each vehicle says about itself; a note of what may be right and is unusual.
+/// Checks the signals of each vehicle; values that are unusual but possible become a note.
 pub(super) fn vehicles(table: &Table, map: &ColumnMap, tracks: &[Track], problems: &mut Problems) -> Option<Note> {
     let line = table.header_line.max(1);
     let (mut driven, mut moved) = (0.0, 0.0);

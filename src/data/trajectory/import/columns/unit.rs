@@ -1,6 +1,6 @@
 //! Units of columns, and their factors to SI.
 
-/// What is measured.
+/// A measured quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Quantity {
     Time,

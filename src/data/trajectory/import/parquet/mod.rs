@@ -84,7 +84,7 @@ fn refuse_type(column: &Type) -> Result<(), String> {
         Type::GroupType { .. } => "several values a row, expected one".to_owned(),
         // The library cannot convert them to text.
         Type::PrimitiveType { basic_info, .. } if basic_info.converted_type() == ConvertedType::INTERVAL => {
-            "spans of time (INTERVAL), expected numbers or text".to_owned()
+            "time intervals (INTERVAL), expected numbers or text".to_owned()
         }
         Type::PrimitiveType { precision, .. } if *precision > DIGITS_MAX => {
             format!("decimal numbers of {precision} digits, expected at most {DIGITS_MAX}")

@@ -97,7 +97,7 @@ struct Header {
     is_dictionary: bool,
     /// Values as places in a dictionary.
     uses_dictionary: bool,
-    /// Text as what it has in common with the one before, whose lengths the library takes on trust.
+    /// Text as its difference from the previous one; the library does not check the lengths.
     is_text_delta: bool,
 }
 

@@ -49,7 +49,7 @@ const BURSTS: &str = "bursts";
 const TRIAL: f64 = 0.02;
 /// Finite-difference step in the base's coordinates.
 const STEP: f64 = 1e-4;
-/// Prior standard deviation of the base's corrections in coordinates, and of tents \[m/s²\]; of the two values for tents, the better counts.
+/// Prior standard deviation of the base's corrections in coordinates, and of tents \[m/s²\]; the better of the two values for tents counts.
 const PRIOR_BASE: f64 = 0.1;
 const PRIOR_TENTS: [f64; 2] = [0.3, 0.05];
 

@@ -92,7 +92,8 @@ pub struct Fit {
 /// The length of a search.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plan {
-    /// Number of starts for each observer, the likeliest ones: likelihoods under different observers do not compare.
+    /// Number of starts for each observer, the likeliest ones: likelihoods under different observers are not
+    /// comparable.
     pub select: usize,
     /// Iterations of all starts.
     pub rough: usize,

@@ -282,7 +282,7 @@ impl Predictor for Model {
 }
 
 /// Holds the nuisance lead at half a step if the model has a delay, an offset of time, a lag or a filter: an acceleration that holds for a
-/// step comes late by that. A free lead would absorb a part of these, because it acts like a negative delay.
+/// step is late by as much. A free lead would absorb a part of these, because it acts like a negative delay.
 fn hold_lead(variant: Variant, symbols: &[Symbol], axes: &mut [Axis], drives: &[Drive]) {
     let extensions = variant.extensions;
     let late = extensions.list().iter().any(|extension| extension.family() == PHASE);

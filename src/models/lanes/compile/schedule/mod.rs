@@ -6,7 +6,7 @@ use super::fuse::shortest_ways;
 use super::group::{Group, groups};
 use std::collections::HashMap;
 
-/// Rows given out so far.
+/// Rows in use so far.
 #[derive(Debug, Default)]
 pub struct Rows {
     count: Row,
