@@ -25,6 +25,7 @@ from ._api import (
     calibrate,
     calibrate_all,
     diagnose,
+    diagnose_all,
 )
 from ._fleet import Fleet, compare
 from ._native import Error, Findings, Fit, Simulation, UsageError, __version__, read, synthetic
@@ -44,6 +45,7 @@ __all__ = [
     "calibrate_all",
     "compare",
     "diagnose",
+    "diagnose_all",
     "read",
     "synthetic",
 ]

@@ -235,21 +235,24 @@ def _each_pair(
 ) -> dict[str, Any]:
     """The columns of the table of all pairs; called by what a user calls."""
     each = [_settings(model, settings) for model in models]
-    doubts: list[str] = []
+    taken, doubts = _pairs(pairs, reading)
     with Bar("calibrations", progress) as tell:
-        if _are_drives(pairs):
-            drives, doubts = _drives.some(pairs, reading)
-            found = _native.calibrate_drives(drives, each, tell, holdout)
-        elif isinstance(pairs, (str, os.PathLike)):
-            found = _native.calibrate_files([os.fspath(pairs)], None, each, reading, tell, holdout)
-        elif isinstance(pairs, Sequence):
-            found = _native.calibrate_files([os.fspath(p) for p in pairs], None, each, reading, tell, holdout)
-        else:
-            found = _native.calibrate_files([], text_of(pairs), each, reading, tell, holdout)
-    columns, told, interrupted = found
-    _tell([*doubts, *told], 3)
+        columns, interrupted = _native.calibrate_pairs(taken, each, tell, holdout)
+    _tell([*doubts, *taken.warnings], 3)
     _interrupted(interrupted, "these are the rows that are there", 4)
     return columns
+
+
+def _pairs(pairs: Any, reading: Any) -> tuple[_native.Pairs, list[str]]:
+    """The pairs as the extension module takes them, with warnings of drives."""
+    if _are_drives(pairs):
+        drives, doubts = _drives.some(pairs, reading)
+        return _native.pairs_of_drives(drives), doubts
+    if isinstance(pairs, (str, os.PathLike)):
+        return _native.pairs_of_files([os.fspath(pairs)], None, reading), []
+    if isinstance(pairs, Sequence):
+        return _native.pairs_of_files([os.fspath(p) for p in pairs], None, reading), []
+    return _native.pairs_of_files([], text_of(pairs), reading), []
 
 
 def _are_drives(pairs: Any) -> bool:
@@ -372,16 +375,52 @@ def diagnose(
     Ctrl-C ends it without a result.
     """
     _, options = _chosen(reading, (), _drives.OPTIONS)
-    names, single = _bounds(bounds)
     held, doubts_held = _drives.many(holdout, options)
     trained, doubts = _drives.some(drives, options)
     _tell([*doubts, *doubts_held], 2)
+    asked, settings = _diagnosis(base, effort, seed, causes, bounds)
+    with Bar(f"diagnosis of {asked!r}", progress) as tell:
+        return _native.diagnose(trained, held, asked, settings, bool(reading.get("correct")), tell)
+
+
+def diagnose_all(
+    pairs: Any,
+    *,
+    base: ModelLike,
+    effort: str = "normal",
+    seed: int = 1,
+    causes: Iterable[str | os.PathLike[str] | tuple[str, str]] = (),
+    bounds: BoundsLike | Iterable[BoundsLike] | None = None,
+    progress: bool = True,
+    **reading: Unpack[Reading],
+) -> _native.Findings:
+    """Finds what ``base`` lacks for all drivers of a fleet: one law for every pair, judged on drivers that its fits leave out.
+
+    ``pairs``: as in :func:`calibrate_all`; drives of 10 s or more count, and at least twelve drivers are needed. The other options are those of :func:`diagnose`.
+    ``fleet`` in the JSON has the share of the drivers with the named causes, and the pairs that cannot be used with the reason.
+
+    Ctrl-C ends it without a result.
+    """
+    _, options = _chosen(reading, (), _native.READING)
+    asked, settings = _diagnosis(base, effort, seed, causes, bounds)
+    taken, doubts = _pairs(pairs, options)
+    _tell([*doubts, *taken.warnings], 2)
+    with Bar(f"diagnosis of {asked!r}", progress) as tell:
+        return _native.diagnose_pairs(taken, asked, settings, tell)
+
+
+def _diagnosis(
+    base: ModelLike,
+    effort: str,
+    seed: int,
+    causes: Iterable[str | os.PathLike[str] | tuple[str, str]],
+    bounds: BoundsLike | Iterable[BoundsLike] | None,
+) -> tuple[Model, _native.DiagnosisSettings]:
+    names, single = _bounds(bounds)
     if isinstance(causes, (str, os.PathLike)):
         causes = [causes]
     own = [(str(c[0]), str(c[1])) if isinstance(c, tuple) else (Path(c).stem, Path(c).read_text()) for c in causes]
-    asked = base if isinstance(base, Model) else Model(base)
-    with Bar(f"diagnosis of {asked!r}", progress) as tell:
-        return _native.diagnose(trained, held, asked, effort, seed, own, names, single, bool(reading.get("correct")), tell)
+    return base if isinstance(base, Model) else Model(base), (effort, seed, own, names, single)
 
 
 def extended(model: Model, causes: Iterable[str], own: Iterable[tuple[str, str]]) -> Model:

@@ -174,31 +174,30 @@ def read(
     **options: Unpack[Table],
 ) -> Drive: ...
 def synthetic(seed: int = 1, duration: float = 120.0) -> Drive: ...
-def calibrate_files(
-    paths: Sequence[str | os.PathLike[str]],
-    text: bytes | None,
-    calibrations: Sequence[Calibration],
-    settings: dict[str, Any],
-    progress: Progress | None,
-    holdout: float | None = None,
-) -> tuple[dict[str, Any], list[str], BaseException | None]: ...
-def calibrate_drives(
-    drives: Sequence[Drive],
-    calibrations: Sequence[Calibration],
-    progress: Progress | None,
-    holdout: float | None = None,
-) -> tuple[dict[str, Any], list[str], BaseException | None]: ...
+class Pairs:
+    @property
+    def warnings(self) -> list[str]: ...
+
+def pairs_of_files(
+    paths: Sequence[str | os.PathLike[str]], text: bytes | None, settings: dict[str, Any]
+) -> Pairs: ...
+def pairs_of_drives(drives: Sequence[Drive]) -> Pairs: ...
+def calibrate_pairs(
+    pairs: Pairs, calibrations: Sequence[Calibration], progress: Progress | None, holdout: float | None = None
+) -> tuple[dict[str, Any], BaseException | None]: ...
+
+DiagnosisSettings = tuple[str, int, list[tuple[str, str]], list[str], list[tuple[str, float, float]]]
+
 def diagnose(
     drives: Sequence[Drive],
     holdout: Sequence[Drive],
     model: Model,
-    effort: str,
-    seed: int,
-    causes: Sequence[tuple[str, str]],
-    bounds: Sequence[str],
-    single: Sequence[tuple[str, float, float]],
+    settings: DiagnosisSettings,
     correct: bool,
     progress: Progress | None,
+) -> Findings: ...
+def diagnose_pairs(
+    pairs: Pairs, model: Model, settings: DiagnosisSettings, progress: Progress | None
 ) -> Findings: ...
 def page(file: str | os.PathLike[str]) -> str: ...
 def run(words: Sequence[str]) -> int: ...

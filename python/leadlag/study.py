@@ -121,7 +121,7 @@ def fleet(
         else:
             items, unread = inputs.trajectories(_files_of(pairs, scratch), reading)
         # Twice, because an unreadable single file would be an error and not a warning. Without a pair there are columns, too.
-        found = [_native.calibrate_files(unread * 2, None, each, reading, None)[:2]]
+        found = [_table(_native.pairs_of_files(unread * 2, None, reading), each)]
         batches = dict(_found(client, function, items, inputs, tell, batch_seconds, retries))
     found += itertools.chain(*(batches[start] for start in sorted(batches)))
     columns = _joined([table for table, _ in found])
@@ -430,11 +430,15 @@ def _pairs(models: Sequence[Model], settings: Settings, reading: dict[str, Any],
         own = [one for _, _, one in some]
         if not file:
             drives = [again(file if name is None else Path(file).read_bytes(), name, *rest) for file, name, *rest in own]
-            found.append(_native.calibrate_drives(drives, each, None)[:2])
+            found.append(_table(_native.pairs_of_drives(drives), each))
         else:
             chosen = reading if own[0] is None else {**reading, "trajectory": ",".join(own)}
-            found.append(_native.calibrate_files([file], None, each, chosen, None)[:2])
+            found.append(_table(_native.pairs_of_files([file], None, chosen), each))
     return found
+
+
+def _table(pairs: _native.Pairs, each: Sequence[_native.Calibration]) -> tuple[dict[str, Any], list[str]]:
+    return _native.calibrate_pairs(pairs, each, None)[0], pairs.warnings
 
 
 def _main() -> int:

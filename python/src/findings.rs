@@ -1,7 +1,7 @@
 //! Diagnoses.
 
 use crate::drive::Drive;
-use crate::model::{Base, Extension, plain, variant};
+use crate::model::{Base, Extension, Pairs, plain, variant};
 use crate::watch::{OnCtrlC, done, watched};
 use crate::{in_keywords, raised};
 use pyo3::prelude::*;
@@ -16,35 +16,38 @@ pub struct Findings {
     asked: (Py<PyAny>, Vec<(String, String)>),
 }
 
+/// Settings of a diagnosis: effort, seed, causes as names and texts, bounds of sets and files, and bounds of single parameters.
+type Settings = (String, u64, Vec<(String, String)>, Vec<String>, Vec<(String, f64, f64)>);
+
+fn asked(py: Python<'_>, model: &Py<PyAny>, settings: &Settings) -> PyResult<leadlag::Diagnosis> {
+    let (effort, seed, causes, bounds, single) = settings;
+    let base: Base = model.getattr(py, "base")?.extract(py)?;
+    let extend: Vec<Extension> = model.getattr(py, "extend")?.extract(py)?;
+    let mut diagnosis = variant(&base, &extend)?.diagnosis().effort(effort).map_err(raised)?.seed(*seed);
+    for (name, text) in causes {
+        diagnosis = diagnosis.cause(name, text).map_err(raised)?;
+    }
+    for given in bounds {
+        diagnosis = diagnosis.bounds(given);
+    }
+    for (parameter, lower, upper) in single {
+        diagnosis = diagnosis.bound(parameter, *lower, *upper);
+    }
+    Ok(diagnosis)
+}
+
 /// Diagnoses which effects a model lacks on drives.
 #[pyfunction]
-#[expect(clippy::too_many_arguments, reason = "each is a keyword argument of the Python function")]
 pub fn diagnose(
     py: Python<'_>,
     drives: Vec<Py<Drive>>,
     holdout: Vec<Py<Drive>>,
     model: Py<PyAny>,
-    effort: &str,
-    seed: u64,
-    causes: Vec<(String, String)>,
-    bounds: Vec<String>,
-    single: Vec<(String, f64, f64)>,
+    settings: Settings,
     correct: bool,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<Findings> {
-    let base: Base = model.getattr(py, "base")?.extract(py)?;
-    let extend: Vec<Extension> = model.getattr(py, "extend")?.extract(py)?;
-    let mut diagnosis = variant(&base, &extend)?.diagnosis().effort(effort).map_err(raised)?;
-    diagnosis = diagnosis.seed(seed).correct(correct);
-    for (name, text) in &causes {
-        diagnosis = diagnosis.cause(name, text).map_err(raised)?;
-    }
-    for given in bounds {
-        diagnosis = diagnosis.bounds(&given);
-    }
-    for (parameter, lower, upper) in single {
-        diagnosis = diagnosis.bound(&parameter, lower, upper);
-    }
+    let diagnosis = asked(py, &model, &settings)?.correct(correct);
     let (drives, holdout) = (plain(&drives), plain(&holdout));
     let (inner, interrupted) = watched(py, progress.as_ref(), OnCtrlC::Leave, move |watch| {
         let [drives, holdout] = [&drives, &holdout].map(|drives| drives.iter().collect::<Vec<_>>());
@@ -53,7 +56,26 @@ pub fn diagnose(
             if watch.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
         })
     })?;
-    interrupted.map_or(Ok(Findings { inner, asked: (model, causes) }), Err)
+    interrupted.map_or(Ok(Findings { inner, asked: (model, settings.2) }), Err)
+}
+
+/// Diagnoses which effects a model lacks for the drivers of a fleet.
+#[pyfunction]
+pub fn diagnose_pairs(
+    py: Python<'_>,
+    pairs: &Pairs,
+    model: Py<PyAny>,
+    settings: Settings,
+    progress: Option<Py<PyAny>>,
+) -> PyResult<Findings> {
+    let (diagnosis, pairs) = (asked(py, &model, &settings)?, pairs.inner.clone());
+    let (inner, interrupted) = watched(py, progress.as_ref(), OnCtrlC::Leave, move |watch| {
+        diagnosis.run_all_on(&pairs, &mut |told| {
+            watch.tell(told.done, || told.stage.clone());
+            if watch.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        })
+    })?;
+    interrupted.map_or(Ok(Findings { inner, asked: (model, settings.2) }), Err)
 }
 
 #[pymethods]

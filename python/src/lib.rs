@@ -111,9 +111,12 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(drive::read, module)?)?;
     module.add_function(wrap_pyfunction!(drive::again, module)?)?;
     module.add_function(wrap_pyfunction!(drive::synthetic, module)?)?;
-    module.add_function(wrap_pyfunction!(model::calibrate_files, module)?)?;
-    module.add_function(wrap_pyfunction!(model::calibrate_drives, module)?)?;
+    module.add_class::<model::Pairs>()?;
+    module.add_function(wrap_pyfunction!(model::pairs_of_files, module)?)?;
+    module.add_function(wrap_pyfunction!(model::pairs_of_drives, module)?)?;
+    module.add_function(wrap_pyfunction!(model::calibrate_pairs, module)?)?;
     module.add_function(wrap_pyfunction!(findings::diagnose, module)?)?;
+    module.add_function(wrap_pyfunction!(findings::diagnose_pairs, module)?)?;
     module.add("Error", module.py().get_type::<Error>())?;
     module.add("UsageError", module.py().get_type::<UsageError>())?;
     module.add("READING", reading::OPTIONS)?;

@@ -202,56 +202,61 @@ pub enum Extension {
 
 type Columns<'py> = Bound<'py, PyDict>;
 
-/// Calibrates every pair of files, folders, or of one text; columns by name, and whether it was interrupted.
+/// Leader-follower pairs of a data set.
+#[pyclass(module = "leadlag", frozen)]
+pub struct Pairs {
+    pub(crate) inner: leadlag::Pairs,
+}
+
+/// Every pair of files, folders, or of one text.
 #[pyfunction]
-#[pyo3(signature = (paths, text, calibrations, settings, progress, holdout = None))]
-pub fn calibrate_files<'py>(
-    py: Python<'py>,
+pub fn pairs_of_files(
+    py: Python<'_>,
     paths: Vec<PathBuf>,
     text: Option<Vec<u8>>,
-    calibrations: Vec<Py<Calibration>>,
-    settings: &Bound<'py, PyDict>,
-    progress: Option<Py<PyAny>>,
-    holdout: Option<f64>,
-) -> PyResult<(Columns<'py>, Vec<String>, Option<PyErr>)> {
+    settings: &Bound<'_, PyDict>,
+) -> PyResult<Pairs> {
     let reading = reading(&options(Some(settings))?)?;
-    let pairs = done(py, move || match text {
+    let inner = done(py, move || match text {
         Some(text) => leadlag::Pairs::of_text(&reading, &text, "table"),
         None => leadlag::Pairs::read(&reading, &paths),
     })?;
-    fleet(py, held_back(pairs, holdout)?, &calibrations, progress.as_ref())
+    Ok(Pairs { inner })
 }
 
-/// The same for drives in memory.
+/// Drives in memory, a pair each.
 #[pyfunction]
-#[pyo3(signature = (drives, calibrations, progress, holdout = None))]
-pub fn calibrate_drives<'py>(
-    py: Python<'py>,
-    drives: Vec<Py<Drive>>,
-    calibrations: Vec<Py<Calibration>>,
-    progress: Option<Py<PyAny>>,
-    holdout: Option<f64>,
-) -> PyResult<(Columns<'py>, Vec<String>, Option<PyErr>)> {
+pub fn pairs_of_drives(drives: Vec<Py<Drive>>) -> Pairs {
     let drives: Vec<&leadlag::Drive> = drives.iter().map(|drive| &drive.get().inner).collect();
-    fleet(py, held_back(leadlag::Pairs::of_drives(&drives), holdout)?, &calibrations, progress.as_ref())
+    Pairs { inner: leadlag::Pairs::of_drives(&drives) }
 }
 
-fn held_back(pairs: leadlag::Pairs, share: Option<f64>) -> PyResult<leadlag::Pairs> {
-    match share {
-        Some(share) => pairs.hold_back(share).map_err(raised),
-        None => Ok(pairs),
+#[pymethods]
+impl Pairs {
+    /// Faults of files and signals, one line each.
+    #[getter]
+    fn warnings(&self) -> Vec<String> {
+        self.inner.warnings().iter().map(|text| in_keywords(text)).collect()
     }
 }
 
-fn fleet<'py>(
+/// Calibrates every pair; columns by name, and the interruption if there was one.
+#[pyfunction]
+#[pyo3(signature = (pairs, calibrations, progress, holdout = None))]
+pub fn calibrate_pairs<'py>(
     py: Python<'py>,
-    pairs: leadlag::Pairs,
-    calibrations: &[Py<Calibration>],
-    progress: Option<&Py<PyAny>>,
-) -> PyResult<(Columns<'py>, Vec<String>, Option<PyErr>)> {
+    pairs: &Pairs,
+    calibrations: Vec<Py<Calibration>>,
+    progress: Option<Py<PyAny>>,
+    holdout: Option<f64>,
+) -> PyResult<(Columns<'py>, Option<PyErr>)> {
+    let (pairs, progress) = (pairs.inner.clone(), progress.as_ref());
+    let pairs = match holdout {
+        Some(share) => pairs.hold_back(share).map_err(raised)?,
+        None => pairs,
+    };
     let each = calibrations.iter().map(|one| one.get().here()).collect::<PyResult<_>>()?;
     let fleet = leadlag::Fleet::of_calibrations(each).map_err(raised)?;
-    let said = pairs.warnings().iter().map(|text| in_keywords(text)).collect();
     let (table, interrupted) = watched(py, progress, OnCtrlC::Keep, move |watch| {
         fleet.run_on(&pairs, &|| watch.stopped(), &|done, whole| {
             watch.tell(done as f64 / whole.max(1) as f64, || format!("{done} of {whole} calibrations"));
@@ -272,7 +277,7 @@ fn fleet<'py>(
         };
         columns.set_item(&column.name, values)?;
     }
-    Ok((columns, said, interrupted))
+    Ok((columns, interrupted))
 }
 
 fn numbers(py: Python<'_>, values: impl Iterator<Item = f64>) -> Bound<'_, PyAny> {

@@ -206,6 +206,40 @@ impl Pairs {
     }
 }
 
+/// What a command holds back.
+pub(crate) enum HeldBack {
+    /// This share of each drive, its end.
+    Share(f64),
+    /// The drives of these files.
+    Files(Vec<PathBuf>),
+}
+
+impl HeldBack {
+    /// As it is given: nothing, one share, or files and folders, none of which is calibrated on.
+    pub(crate) fn of(given: &[String], calibrated: &[PathBuf]) -> anyhow::Result<Option<HeldBack>> {
+        match given {
+            [] => Ok(None),
+            given if given.iter().any(|text| text.parse::<f64>().is_ok()) => {
+                let [text] = given else {
+                    return Err(Usage(format!("--holdout {}: expected one share, or files", given.join(" "))).into());
+                };
+                Ok(Some(HeldBack::Share(checked_share(text.parse()?)?)))
+            }
+            given => {
+                let held = files(given)?;
+                if let Some(twice) = held.iter().find(|path| calibrated.contains(path)) {
+                    let shown = twice.display();
+                    return Err(Usage(format!(
+                        "--holdout {shown}: it is calibrated on, too; give another file, or a share"
+                    ))
+                    .into());
+                }
+                Ok(Some(HeldBack::Files(held)))
+            }
+        }
+    }
+}
+
 /// A share that can be held back.
 pub(crate) fn checked_share(share: f64) -> Result<f64, Usage> {
     if share > 0.0 && share < 1.0 {

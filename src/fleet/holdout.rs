@@ -1,8 +1,8 @@
 //! Held-back data of each driver: the last part of the drive, or drives of other files.
 
 use super::{Drive, Pair};
-use crate::trajectory::is_nameless;
 use crate::trajectory::prepare::SEGMENT_MIN_S;
+use crate::trajectory::{Trajectory, is_nameless};
 use std::collections::HashMap;
 
 /// Held-back data, to be scored and not to be calibrated on.
@@ -44,20 +44,33 @@ impl Held {
 /// Cuts the end off a drive. A drive that is too short for two parts cannot be calibrated.
 fn cut(pair: &mut Pair, share: f64) {
     let Ok(Drive { trajectory, vehicle }) = &pair.drive else { return };
+    match kept_and_held(trajectory, share) {
+        Ok([kept, held]) => {
+            pair.held = vec![Drive { trajectory: held, vehicle: vehicle.clone() }];
+            pair.drive = Ok(Drive { trajectory: kept, vehicle: vehicle.clone() });
+        }
+        Err(why) => {
+            pair.is_short = true;
+            pair.drive = Err(why);
+        }
+    }
+}
+
+/// A drive without this share of it, and the share, its end.
+///
+/// # Errors
+/// In words, if a part is too short to be simulated.
+pub fn kept_and_held(trajectory: &Trajectory, share: f64) -> Result<[Trajectory; 2], String> {
     let whole = trajectory.len();
     let at = ((1.0 - share) * whole as f64).round() as usize;
     let least = (SEGMENT_MIN_S / trajectory.dt).ceil() as usize + 1;
     if at < least || whole - at < least {
-        pair.is_short = true;
         let seconds = (whole - 1) as f64 * trajectory.dt;
         let shorter = at.min(whole - at).saturating_sub(1) as f64 * trajectory.dt;
-        pair.drive = Err(format!(
+        return Err(format!(
             "{}: expected at least {SEGMENT_MIN_S} s in either part, found {shorter:.1} s of {seconds:.1} s; hold back another share",
             trajectory.label
         ));
-        return;
     }
-    let [kept, held] = trajectory.split(at);
-    pair.held = vec![Drive { trajectory: held, vehicle: vehicle.clone() }];
-    pair.drive = Ok(Drive { trajectory: kept, vehicle: vehicle.clone() });
+    Ok(trajectory.split(at))
 }

@@ -16,7 +16,7 @@ mod work;
 
 pub use compare::{Comparison, HeldScore, Rule, Standing, compare};
 pub use fits::fits;
-pub use holdout::{Held, driver};
+pub use holdout::{Held, driver, kept_and_held};
 pub use journal::{Journal, JournalError};
 pub use table::{Overview, ParameterOverview, Spread, clash, overview, table};
 pub use work::{FleetError, run};

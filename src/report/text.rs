@@ -1,6 +1,6 @@
 //! A calibration as text for a terminal of 80 columns.
 
-use crate::result::{CorrelationEntry, IdentifiabilityEntry, ReplicateEntry, ResultFile};
+use crate::result::{CorrelationEntry, DriveScore, IdentifiabilityEntry, ReplicateEntry, ResultFile, Scores};
 use std::fmt::Write;
 use textwrap::{Options, WordSplitter};
 
@@ -13,9 +13,20 @@ pub fn calibration(result: &ResultFile) -> String {
     text
 }
 
+/// Largest number of drives that are described one by one.
+const DRIVES_SHOWN: usize = 10;
+/// Number of drives with the largest errors that are named.
+const WORST_SHOWN: usize = 3;
+
 fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result {
     writeln!(text, "variant      {}", result.numbered_model())?;
-    for data in &result.data {
+    let shown = if result.data.len() > DRIVES_SHOWN { 0 } else { result.data.len() };
+    if shown == 0 {
+        let mut files: Vec<&str> = result.data.iter().map(|data| data.path.as_str()).collect();
+        files.dedup();
+        writeln!(text, "data         {} drives of {} files, the first {}", result.data.len(), files.len(), files[0])?;
+    }
+    for data in &result.data[..shown] {
         let [from, to] = data.window_s;
         writeln!(text, "data         {}", data.path)?;
         writeln!(text, "             follower {}, {}", data.follower, data.name)?;
@@ -93,7 +104,35 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         let [s, v, a, sum] = names.map(|n| score(n).map_or(String::new(), |x| format!("{x:.4}")));
         writeln!(text, "{}", format!("{title:<14}{s:>10}{v:>10}{a:>10}{sum:>12}").trim_end())?;
     }
+    for (name, scores) in [("drives", &result.per_drive), ("held back", &result.held_back)] {
+        if let Some(scores) = scores {
+            text.push_str(&wrapped(0, 2, &in_words(name, scores, &result.gof)));
+        }
+    }
     Ok(())
+}
+
+/// Scores of several drives, and the worst of them.
+fn in_words(name: &str, scores: &Scores, gof: &str) -> String {
+    let count = scores.drives.len();
+    let mut all: Vec<(f64, &DriveScore)> =
+        scores.drives.iter().filter_map(|drive| Some((drive.score?, drive))).collect();
+    all.sort_by(|a, b| b.0.total_cmp(&a.0));
+    let worst: Vec<String> = all
+        .iter()
+        .take(WORST_SHOWN)
+        .map(|(score, drive)| {
+            let id = drive.trajectory.as_ref().map_or(String::new(), |id| format!(" trajectory {id}"));
+            format!("{}{id} {score:.4}", drive.path)
+        })
+        .collect();
+    let mean = scores.mean.map_or("none".to_owned(), |mean| format!("{mean:.4}"));
+    let mse = scores.mse_s_m2.map_or("none".to_owned(), |mse| format!("{mse:.3} m²"));
+    format!(
+        "{name}: {count}, mean {gof} {mean}, mean squared error of the spacing {mse}, {} fail; the worst: {}",
+        scores.failed,
+        worst.join(", ")
+    )
 }
 
 /// Smallest change of a parameter that is printed, as a share \[-\].

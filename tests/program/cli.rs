@@ -129,6 +129,31 @@ fn joint_calibration_has_one_parameter_set() {
     assert_eq!(result["data"].as_array().unwrap().len(), 2);
     assert!(out.join("simulation_1.csv").exists() && out.join("plot_2.svg").exists());
 
+    // The drives that are held back are scored as `simulate` scores them.
+    let held = folder.join("pair_follower2.csv");
+    let some = [&arguments[..], &["--holdout", text(&held), "--max-evaluations", "500"]].concat();
+    let told = ok(&some);
+    assert!(told.contains("held back: 1, mean nrmse-sva"), "{told}");
+    let result: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    assert_eq!(result["per_drive"]["drives"].as_array().unwrap().len(), 2);
+    let mean = result["per_drive"]["mean"].as_f64().unwrap();
+    assert!((mean - result["score"]["nrmse_sva"].as_f64().unwrap()).abs() < 1e-12);
+    let again = ok(&["simulate", text(&held), "--result", text(&out), "--json"]);
+    let again: Value = serde_json::from_str(&again).unwrap();
+    let score = &result["held_back"]["drives"][0]["score"];
+    assert!(again.to_string().contains(&format!("\"nrmse_sva\":{score}")), "{score} {again}");
+    let ends: Value =
+        serde_json::from_str(&ok(
+            &[&arguments[..], &["--holdout", "0.3", "--max-evaluations", "500", "--json"]].concat()
+        ))
+        .unwrap();
+    assert_eq!(ends["held_back"]["drives"].as_array().unwrap().len(), 2);
+    assert!(ends["data"][0]["samples"].as_u64() < result["data"][0]["samples"].as_u64());
+    let copy = scratch("cli", "joint_copy").join("copy.csv");
+    fs::copy(&files[0], &copy).unwrap();
+    let (code, error) = fails(&[&arguments[..], &["--holdout", text(&copy)]].concat());
+    assert!(code == 2 && error.contains("has samples of"), "{error}");
+
     let out = scratch("cli", "one_by_one");
     let arguments = ["calibrate", text(&files[0]), text(&files[1]), "--model", "idm", "--out", text(&out)];
     ok(&[&arguments[..], &["--max-evaluations", "500"]].concat());

@@ -33,18 +33,18 @@ pub struct Args {
     /// Folder for result.json, timing.json, simulation.csv and plot.svg; with --all for parameters.csv, parameters.parquet and fleet.json
     #[arg(short, long, value_name = "DIR")]
     pub out: PathBuf,
-    /// One parameter set for all files
-    #[arg(long)]
+    /// One parameter set for all files, and for every trajectory of a table
+    #[arg(long, group = "many")]
     pub joint: bool,
     /// Calibrate every leader-follower pair separately, into one table of parameters. Repeat the command to resume after an interruption
-    #[arg(long, conflicts_with_all = ["joint", "plot", "segment", "replicates"])]
+    #[arg(long, group = "many", conflicts_with_all = ["joint", "plot", "segment", "replicates"])]
     pub all: bool,
     /// With --all: also write result.json, simulation.csv and plot.svg of each pair, to folders in DIR/each; takes the time of the calibrations again
     #[arg(long, requires = "all")]
     pub each: bool,
-    /// With --all: hold back this share at the end of each drive, or the drives in these files (same driver id). They are scored
-    /// but not used for calibration, and decide between models; files may be given several times
-    #[arg(long, value_name = "SHARE|FILE", requires = "all", allow_negative_numbers = true)]
+    /// With --joint or --all: hold back this share at the end of each drive, or the drives in these files. They are scored but not used
+    /// for calibration. With --all they are those of the same driver id, and decide between models; files may be given several times
+    #[arg(long, value_name = "SHARE|FILE", requires = "many", allow_negative_numbers = true)]
     pub holdout: Vec<String>,
     /// Measure to minimise: nrmse-sva, rmse-s, u-sv, ...; weights after a colon: nrmse-sva:1,1,0.5. With --all, several
     #[arg(long = "gof", default_value = "nrmse-sva")]

@@ -8,7 +8,7 @@ use super::{Args, folders, write as write_one};
 use crate::api::Calibration;
 use crate::api::bounds::origin;
 use crate::api::error::Usage;
-use crate::api::fleet::{Pairs, checked_share, files, settings};
+use crate::api::fleet::{HeldBack, Pairs, files, settings};
 use crate::api::reading::Loaded;
 use crate::api::warnings;
 use crate::catalog::Variant;
@@ -89,26 +89,13 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
         |files: &[PathBuf]| Pairs::of_files(&reading, files, args.follower.as_deref(), needing, &interrupt::asked);
     let mut pairs = of_files(files)?;
     pairs.left_out.iter().chain(&pairs.doubtful()).chain(&pairs.repeated()).for_each(|text| warn(text));
-    let held = match args.holdout.as_slice() {
-        [] => None,
-        given if given.iter().any(|text| text.parse::<f64>().is_ok()) => {
-            let [text] = given else {
-                return Err(Usage(format!("--holdout {}: expected one share, or files", given.join(" "))).into());
-            };
-            let share = checked_share(text.parse()?)?;
+    let held = match HeldBack::of(&args.holdout, files)? {
+        None => None,
+        Some(HeldBack::Share(share)) => {
             Some((Held::Share(share), format!("the last {} % of each drive", 100.0 * share)))
         }
-        given => {
-            let held = self::files(given)?;
-            let twice = held.iter().find(|path| files.contains(path));
-            if let Some(path) = twice {
-                let shown = path.display();
-                return Err(Usage(format!(
-                    "--holdout {shown}: it is also used for calibration; give another file, or a share"
-                ))
-                .into());
-            }
-            Some((Held::Pairs(of_files(&held)?.pairs), format!("the drives of {}", given.join(", "))))
+        Some(HeldBack::Files(held)) => {
+            Some((Held::Pairs(of_files(&held)?.pairs), format!("the drives of {}", args.holdout.join(", "))))
         }
     };
     let holdout = match held {

@@ -10,15 +10,19 @@ pub use flags::Args;
 use super::evaluator::{BY_FLAGS, transcribed, warn};
 use super::{folder, interrupt, is_usage, output};
 use crate::api::calibration::{Calibration, Prepared};
+use crate::api::error::Usage;
+use crate::api::fleet::{HeldBack, files};
 use crate::api::once::once;
 use crate::api::reading::{Input, Loaded};
 use crate::api::warnings;
 use crate::catalog::Variant;
 use crate::evaluator::Evaluator;
+use crate::fleet::kept_and_held;
 use crate::reference::{Reference, Trace};
 use crate::report::text;
 use crate::rescore;
 use crate::result::ResultFile;
+use crate::result::assemble::scores_on;
 use crate::trajectory::Trajectory;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
@@ -33,11 +37,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let model = models[0];
     args.gof()?;
     let (mut loaded, mut unusable) = (Vec::new(), Vec::new());
-    for file in &args.files {
+    // A folder stands for its tables, if they are one calibration.
+    let inputs = if args.joint { files(&args.files)? } else { args.files.clone() };
+    for file in &inputs {
         match load(args, file, &model) {
             Ok(trajectories) => loaded.extend(trajectories),
             // If files are calibrated one by one, an unusable one does not stop the others.
-            Err(error) if args.files.len() > 1 && !args.joint => unusable.push(error),
+            Err(error) if inputs.len() > 1 && !args.joint => unusable.push(error),
             Err(error) => return Err(error),
         }
     }
@@ -48,6 +54,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         return Err(unusable.swap_remove(first));
     }
     anyhow::ensure!(!loaded.is_empty(), "{}", named(&unusable));
+    let held = held_back(args, &inputs, &mut loaded, &model)?;
     // Before the work, so that a refused folder does not cost a calibration.
     let together = args.joint || (loaded.len() == 1 && unusable.is_empty());
     let folders = if together { vec![args.out.clone()] } else { folders(&args.out, &loaded) };
@@ -71,12 +78,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         .for_each(|text| warn(text));
     interrupt::watch();
     if together {
-        let result = one(args, &calibration, &loaded, &args.out)?;
+        let result = one(args, &calibration, &loaded, &held, &args.out)?;
         return if args.json { output::print(&result.to_json()) } else { Ok(()) };
     }
     let mut results = Vec::new();
     for (trajectory, folder) in loaded.iter().zip(&folders) {
-        results.push(one(args, &calibration, std::slice::from_ref(trajectory), folder)?);
+        results.push(one(args, &calibration, std::slice::from_ref(trajectory), &[], folder)?);
         if interrupt::asked() {
             break;
         }
@@ -107,6 +114,27 @@ fn load(args: &Args, file: &Path, model: &Variant) -> anyhow::Result<Vec<Loaded>
     reading.pick_all(&recording, follower, model, args.joint, &mut |text| warn(&text))
 }
 
+/// The drives that are held back: the ends of the loaded ones, which are cut off, or those of other files.
+fn held_back(args: &Args, inputs: &[PathBuf], loaded: &mut [Loaded], model: &Variant) -> anyhow::Result<Vec<Loaded>> {
+    let mut held = Vec::new();
+    match HeldBack::of(&args.holdout, inputs)? {
+        None => {}
+        Some(HeldBack::Share(share)) => {
+            for one in loaded {
+                let [kept, end] = kept_and_held(&one.trajectory, share).map_err(Usage)?;
+                one.trajectory = kept;
+                held.push(Loaded { trajectory: end, vehicle: one.vehicle.clone(), twin: None });
+            }
+        }
+        Some(HeldBack::Files(files)) => {
+            for file in &files {
+                held.extend(load(args, file, model)?);
+            }
+        }
+    }
+    Ok(held)
+}
+
 /// One folder per calibration, `STEM_followerN` in `out`; equal names are numbered in the order of the files.
 fn folders(out: &Path, loaded: &[Loaded]) -> Vec<PathBuf> {
     let mut names: Vec<String> = Vec::new();
@@ -129,8 +157,14 @@ fn is_one_of_several(trajectory: &Trajectory, loaded: &[Loaded]) -> bool {
 }
 
 /// One calibration, of one trajectory or of several together, with its files.
-fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path) -> anyhow::Result<ResultFile> {
-    once(loaded.iter().map(|one| &one.trajectory))?;
+fn one(
+    args: &Args,
+    calibration: &Calibration,
+    loaded: &[Loaded],
+    held: &[Loaded],
+    folder: &Path,
+) -> anyhow::Result<ResultFile> {
+    once(loaded.iter().chain(held).map(|one| &one.trajectory))?;
     let prepared = calibration.prepare(loaded)?;
     let mut evaluator = calibration.build(&prepared.reference)?;
     // Before the work, so that an unwritable folder does not cost a calibration.
@@ -145,6 +179,12 @@ fn one(args: &Args, calibration: &Calibration, loaded: &[Loaded], folder: &Path)
     bar.finish();
     let mut result = found?;
     result.drivers = apart;
+    if !held.is_empty() {
+        let Prepared { reference, .. } = calibration.prepare(held)?;
+        let trajectories: Vec<&Trajectory> = held.iter().map(|one| &one.trajectory).collect();
+        let parameters = result.calibrated_variant()?.parameters;
+        result.held_back = Some(scores_on(&reference, &parameters, &trajectories, &calibration.gof));
+    }
     let go_on = || if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     result.compared = if interrupt::asked() { None } else { calibration.compared(loaded, &mut |_| go_on()) };
     let Prepared { reference, .. } = prepared;

@@ -2,8 +2,10 @@
 
 use super::ExtensionEntry;
 use super::diagnosis::FindingEntry;
-use super::{CorrelationEntry, DataEntry, IdentifiabilityEntry, KnowledgeEntry, ReplicateEntry, ResultFile};
-use super::{SCHEMA_VERSION, Treatment, VehicleEntry};
+use super::{
+    CorrelationEntry, DataEntry, DriveScore, IdentifiabilityEntry, KnowledgeEntry, ReplicateEntry, ResultFile,
+};
+use super::{SCHEMA_VERSION, Scores, Treatment, VehicleEntry};
 use crate::calibrate::{Calibration, Replicate, SearchSpace, best, coefficient_of_variation};
 use crate::catalog::Variant;
 use crate::evaluator::Evaluator;
@@ -43,15 +45,38 @@ pub struct Calibrated<'a> {
     pub knowledge: Option<Identifiability>,
 }
 
-/// Measures of a candidate, the mean over the cases; `None` if a run failed or is rejected.
-fn measures(reference: &Reference, space: &SearchSpace, candidate: &[f64]) -> Option<Measures> {
-    let parameters = space.parameters(candidate);
+/// Measures of each case; `None` of a run that failed or is rejected.
+fn measures(reference: &Reference, parameters: &Parameters) -> Vec<Option<Measures>> {
     let mut trace = Trace::default();
-    let outcomes = reference.cases().iter().map(|case| {
-        let outcome = rescore::outcome(case, &parameters, &mut trace).ok()?;
+    let one = |case| {
+        let outcome = rescore::outcome(case, parameters, &mut trace).ok()?;
         outcome.result.ok().filter(|_| !outcome.is_rejected(case.convention.bounds))
-    });
-    Measures::mean(&outcomes.collect::<Option<Vec<_>>>()?)
+    };
+    reference.cases().iter().map(one).collect()
+}
+
+/// The scores on the cases of a reference, which are those of these trajectories.
+#[must_use]
+pub fn scores_on(
+    reference: &Reference,
+    parameters: &Parameters,
+    trajectories: &[&Trajectory],
+    gof: &GoodnessOfFit,
+) -> Scores {
+    scores_of(&measures(reference, parameters), trajectories, gof)
+}
+
+fn scores_of(measures: &[Option<Measures>], trajectories: &[&Trajectory], gof: &GoodnessOfFit) -> Scores {
+    let finite = |x: f64| x.is_finite().then_some(x);
+    let one = |(trajectory, measures): (&&Trajectory, &Option<Measures>)| DriveScore {
+        path: trajectory.source.path.clone(),
+        trajectory: trajectory.id.clone(),
+        follower: trajectory.follower,
+        name: trajectory.name.clone(),
+        score: measures.as_ref().and_then(|measures| finite(gof.of(measures))),
+        rmse: measures.as_ref().map(|measures| measures.0.map(|signal| signal.rmse)),
+    };
+    Scores::new(trajectories.iter().zip(measures).map(one).collect())
 }
 
 impl Calibrated<'_> {
@@ -62,7 +87,9 @@ impl Calibrated<'_> {
     #[must_use]
     pub fn into_result(self) -> ResultFile {
         let winner = best(&self.replicates).expect("a calibration has at least one replicate");
-        let measures = measures(self.reference, self.space, &winner.candidate);
+        let by_drive = measures(self.reference, &self.space.parameters(&winner.candidate));
+        let measures = by_drive.iter().copied().collect::<Option<Vec<_>>>().and_then(|all| Measures::mean(&all));
+        let several = self.trajectories.len() > 1;
         let variant = self.evaluator.variant();
         let needs_vehicle = variant.needs_vehicle();
         let symbols = &self.space.symbols;
@@ -99,6 +126,8 @@ impl Calibrated<'_> {
             bounds_from: Some(self.bounds_from.clone()),
             drivers: None,
             compared: None,
+            per_drive: several.then(|| scores_of(&by_drive, self.trajectories, &self.gof)),
+            held_back: None,
             at_bound: at_bound.into_iter().map(|s| s.name().to_owned()).collect(),
             intervals: known().filter(|k| k.determined).map(|k| (k.symbol.name().to_owned(), k.interval)).collect(),
             identifiability: self.knowledge.as_ref().map(|knowledge| self.identifiability(knowledge, winner)),

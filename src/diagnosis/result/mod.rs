@@ -70,6 +70,12 @@ pub struct ResultFile {
     pub bounds_from: Option<String>,
     /// Parameters within 0.1 % of the range of a bound, see [`SearchSpace::at_bound`](crate::calibrate::SearchSpace::at_bound).
     pub at_bound: Vec<String>,
+    /// The scores of each drive, if there are several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub per_drive: Option<Scores>,
+    /// The scores on drives that were held back.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub held_back: Option<Scores>,
     /// The message that the drives probably have different drivers; `None` if nothing suggests it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub drivers: Option<String>,
@@ -150,6 +156,54 @@ pub struct DataEntry {
     pub treatment: Treatment,
     /// The grade table, if the variant needs one: a file, or none for a level road.
     pub grade: Option<Source>,
+}
+
+/// How a calibrated model follows a drive.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DriveScore {
+    /// The file.
+    pub path: String,
+    /// Id of the trajectory, if the file has several.
+    pub trajectory: Option<String>,
+    /// Number of the follower.
+    pub follower: usize,
+    /// Name of the follower in the file.
+    pub name: String,
+    /// The minimised measure; `None` if the simulation fails, such as by a collision.
+    pub score: Option<f64>,
+    /// Root mean square errors of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\].
+    pub rmse: Option<[f64; 3]>,
+}
+
+/// How a calibrated model follows several drives.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct Scores {
+    /// Mean of the minimised measure over the drives without a failure.
+    pub mean: Option<f64>,
+    /// Mean over the same drives of the mean squared error of the spacing \[m²\].
+    pub mse_s_m2: Option<f64>,
+    /// Number of drives on which the simulation fails.
+    pub failed: usize,
+    /// Drive by drive.
+    pub drives: Vec<DriveScore>,
+}
+
+impl Scores {
+    /// Scores of drives.
+    #[must_use]
+    pub fn new(drives: Vec<DriveScore>) -> Scores {
+        let mean = |of: &dyn Fn(&DriveScore) -> Option<f64>| {
+            let values: Vec<f64> = drives.iter().filter_map(of).collect();
+            (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
+        };
+        let mse = |drive: &DriveScore| drive.rmse.map(|[s, ..]| s * s);
+        Scores {
+            mean: mean(&|drive| drive.score),
+            mse_s_m2: mean(&mse),
+            failed: drives.iter().filter(|drive| drive.score.is_none()).count(),
+            drives,
+        }
+    }
 }
 
 /// Treatment of data: results with different treatments are not comparable.
