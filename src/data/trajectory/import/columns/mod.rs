@@ -32,7 +32,7 @@ use std::io::Read;
 use std::path::Path;
 use wanted::Names;
 
-/// Name and text of the maps for tables that are read by them.
+/// Name and text of the maps that users name.
 const SHIPPED: [(&str, &str); 8] = [
     ("ngsim", include_str!("maps/ngsim.toml")),
     ("highd", include_str!("maps/highd.toml")),
@@ -45,7 +45,7 @@ const SHIPPED: [(&str, &str); 8] = [
 ];
 
 impl ColumnMap {
-    /// Name and text of the maps for tables that are read by them.
+    /// Name and text of the built-in maps.
     #[must_use]
     pub fn shipped() -> &'static [(&'static str, &'static str)] {
         &SHIPPED
@@ -53,7 +53,8 @@ impl ColumnMap {
 
     /// A built-in map by its name, or your own map: its file, which ends in `.toml`, or its text, which has several lines.
     ///
-    /// A built-in map by its name, or your own map: its file, which ends in `.toml`, or its text, which has several lines.
+    /// # Errors
+    /// [`MapError`], for an unknown name, and as [`ColumnMap::parse`].
     pub fn find(given: &str) -> Result<ColumnMap, MapError> {
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == given) {
             return ColumnMap::parse(text, name);
