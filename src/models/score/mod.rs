@@ -91,6 +91,11 @@ impl Measured {
         (self.measured2 / self.count).sqrt()
     }
 
+    /// Largest minus smallest denominator.
+    fn range(&self) -> f64 {
+        self.highest - self.lowest
+    }
+
     /// The measures of a run with these sums.
     #[must_use]
     pub fn measures(&self, sums: &Sums) -> SignalMeasures {

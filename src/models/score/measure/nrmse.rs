@@ -1,6 +1,7 @@
 //! RMSE over the root mean square of the measured signal (Eq. 18).
 
 use super::{ALL, Accumulation, Measure};
+use crate::score::Measured;
 
 pub const MEASURE: Measure = Measure {
     name: "nrmse",
@@ -10,6 +11,6 @@ pub const MEASURE: Measure = Measure {
     has_unit: false,
     sums: Accumulation::Squared,
     count: |measured| measured.count,
-    magnitude: |measured| measured.rms(),
+    magnitude: Measured::rms,
     value: |signal| signal.nrmse,
 };

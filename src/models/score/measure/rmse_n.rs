@@ -1,6 +1,7 @@
 //! RMSE over the range (largest minus smallest) of the measured signal, from the floored speed.
 
 use super::{Accumulation, Measure};
+use crate::score::Measured;
 
 pub const MEASURE: Measure = Measure {
     name: "rmse",
@@ -10,6 +11,6 @@ pub const MEASURE: Measure = Measure {
     has_unit: false,
     sums: Accumulation::Floored,
     count: |measured| measured.count,
-    magnitude: |measured| measured.highest - measured.lowest,
+    magnitude: Measured::range,
     value: |signal| signal.rmse_n,
 };
