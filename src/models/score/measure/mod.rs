@@ -41,7 +41,7 @@ impl Measure {
         let marked = |signal: char| format!("-{signal}{}", self.mark);
         match self.mark {
             "" => format!("{}-{signals}", self.name),
-            _ => self.name.to_owned() + &signals.chars().map(marked).collect::<String>(),
+            _ => format!("{}{}", self.name, signals.chars().map(marked).collect::<String>()),
         }
     }
 }
