@@ -1,4 +1,4 @@
-//! Tests the strength of the proofs: every constant, operator, comparison, minimum and maximum of `reference`, `score.rs` and
+//! Tests the strength of the proofs: every constant, operator, comparison, minimum and maximum of `reference`, `score` and
 //! `evaluator/case.rs` in `src/models` is changed, one at a time, and `tests/model/reference_paper` or `tests/equality/causes.rs` must fail
 //! each time. Survivors are listed below, with the reason.
 //!

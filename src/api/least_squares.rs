@@ -144,8 +144,7 @@ impl Evaluator {
         let (cases, gof) = (self.prepared.reference.cases(), self.prepared.reference.gof());
         if gof.accumulation() == Accumulation::Theil {
             let message = format!(
-                "gof {gof} has no residuals whose squares add up to it; expected a measure of the kind rmse, nrmse or rmspe, or \
-                 rmse-sn-vn; with {gof} use scores"
+                "gof {gof} has no residuals whose squares add up to it; expected a measure other than u; with {gof} use scores"
             );
             return Err(Usage(message).into());
         }

@@ -7,7 +7,7 @@ use crate::convention::Convention;
 use crate::evaluator::Case;
 use crate::extension::Extension;
 use crate::report::text::wrapped;
-use crate::score::Measures;
+use crate::score::{self, Measure, Measures};
 use crate::symbols::{Bounds, Symbol};
 use crate::trajectory::import::ColumnMap;
 use crate::vehicle::Vehicle;
@@ -166,42 +166,30 @@ fn columns() -> anyhow::Result<Vec<Entry>> {
 
 /// Every value of `--gof`, without weights. Those of the authors' table are columns of `evaluate`, too.
 fn gof() -> Vec<Entry> {
-    let signals = ["s", "v", "a", "sv", "sa", "va", "sva"];
-    let all = ["rmse", "rmspe", "nrmse", "u"].iter().flat_map(|kind| signals.map(|of| format!("{kind}_{of}")));
-    all.chain(["rmse_sn_vn", "rmse_sn_vn_an"].map(str::to_owned)).map(|name| measure(&name)).collect()
+    score::names().map(|(measure, signals, name)| entry(measure, signals, &name)).collect()
 }
 
-fn measure(name: &str) -> Entry {
-    let (kind, signals) = name.split_once('_').expect("a measure names its signals");
-    let signals: Vec<char> = signals.chars().filter(|c| "sva".contains(*c)).collect();
-    let has_units = kind == "rmse" && !name.contains('n');
+fn entry(measure: &Measure, signals: &str, flag: &str) -> Entry {
     let unit_of = |signal: char| match signal {
         's' => "m",
         'v' => "m/s",
         _ => "m/s²",
     };
-    let units: Vec<&str> = if has_units { signals.iter().map(|s| unit_of(*s)).collect() } else { vec!["-"] };
-    let kind = match kind {
-        "rmse" if has_units => "root mean square error",
-        "rmse" => "RMSE over the range of the measured signal",
-        "rmspe" => "root mean square of the relative error",
-        "nrmse" => "RMSE over the root mean square of the measured signal",
-        _ => "Theil's inequality coefficient",
-    };
+    let units: Vec<&str> = if measure.has_unit { signals.chars().map(unit_of).collect() } else { vec!["-"] };
     let of = |signal: char| match signal {
         's' => "spacing",
         'v' => "speed",
         _ => "acceleration",
     };
-    let mut meaning = format!("{kind} of {}", signals.iter().map(|s| of(*s)).collect::<Vec<_>>().join(", "));
+    let mut meaning = format!("{} of {}", measure.meaning, signals.chars().map(of).collect::<Vec<_>>().join(", "));
     if signals.len() > 1 {
         meaning += ", summed";
     }
     if units.len() > 1 {
         meaning += " although the units differ: weights behind a colon balance them";
     }
-    let (flag, unit) = (name.replace('_', "-"), units.join(" + "));
-    let column = Measures::NAMES.contains(&name).then_some(name);
+    let (column, unit) = (flag.replace('-', "_"), units.join(" + "));
+    let column = Measures::NAMES.iter().find(|name| **name == column);
     let shown = wrapped(0, 31, &format!("{flag:<15} {unit:<14} {meaning}"));
     (json!({"name": flag, "column": column, "unit": unit, "meaning": meaning}), shown.trim_end().to_owned())
 }

@@ -11,7 +11,7 @@ use crate::evaluator::{Case, EvaluateError};
 use crate::identify::{Optimism, student};
 use crate::reference::Trace;
 use crate::rescore;
-use crate::score::{Accumulation, GoodnessOfFit, Measured, Measures, denominator, is_relative};
+use crate::score::{Accumulation, GoodnessOfFit, Measured, Measures};
 use crate::statistics::{mean, sum_of_dependent};
 use crate::study::outcome::{Behind, between};
 use rayon::prelude::*;
@@ -344,12 +344,7 @@ fn terms(case: &Case, gof: &GoodnessOfFit, first: usize, trace: &Trace, measures
             term.weight *= if rmse > 0.0 { measures.0[k].u / rmse } else { 0.0 };
         }
         let square = |(simulated, observed): (&f64, &f64)| {
-            let scale = match kind {
-                Accumulation::Relative if is_relative(*observed, floored[k]) => denominator(*observed, floored[k]),
-                Accumulation::Relative => f64::INFINITY,
-                _ => 1.0,
-            };
-            ((simulated - observed) / scale).powi(2) * norm.per_count[k]
+            kind.term(*simulated, *observed, floored[k]).powi(2) * norm.per_count[k]
         };
         term.squares = simulated[first..].iter().zip(&observed[first..]).map(square).collect();
     }

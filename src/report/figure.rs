@@ -1,4 +1,4 @@
-//! Figures that are not time series: bars, boxes and points on plain axes, as SVG text.
+//! Pictures as SVG text: lines, bars and points on plain axes.
 //!
 //! Coordinates are rounded to a tenth of a pixel, so that the same numbers give the same bytes.
 
@@ -12,6 +12,11 @@ pub const INK: &str = "#222222";
 pub const PALE: &str = "#dddddd";
 /// The paper's numbers.
 pub const PAPER: &str = "#777777";
+
+/// Average width of a character in units of the font size: a wide one, because no font is available to measure.
+const CHARACTER: f64 = 0.56;
+/// Smallest size of a fitted text \[px\].
+const SMALLEST: f64 = 9.0;
 
 /// Position of a text relative to its point.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -37,7 +42,7 @@ impl Figure {
     #[must_use]
     pub fn new(width: f64, height: f64, title: &str, lines: &[&str]) -> Figure {
         let mut figure = Figure { width, height, body: String::new() };
-        figure.text([16.0, 28.0], 18.0, Anchor::Start, INK, title);
+        figure.fitted([16.0, 28.0], 18.0, width - 32.0, title);
         for (i, line) in lines.iter().enumerate() {
             figure.text([16.0, 48.0 + 17.0 * i as f64], 12.5, Anchor::Start, "#555555", line);
         }
@@ -55,6 +60,38 @@ impl Figure {
         self.push(format_args!(
             "<text x=\"{x:.1}\" y=\"{y:.1}\" font-size=\"{size}\" text-anchor=\"{anchor}\" fill=\"{colour}\">{text}</text>"
         ));
+    }
+
+    /// A text in this size \[px\] or, if it is too wide, a smaller one; the end of a text that is wider yet is cut.
+    pub fn fitted(&mut self, at: [f64; 2], size: f64, width: f64, text: &str) {
+        let count = text.chars().count().max(1) as f64;
+        let size = size.min(width / CHARACTER / count).max(SMALLEST);
+        let room = (width / CHARACTER / size * (1.0 + 1e-9)) as usize;
+        let cut = text.chars().count() > room;
+        let shown: String = text.chars().take(if cut { room.saturating_sub(1) } else { room }).collect();
+        self.text(at, size, Anchor::Start, INK, &(shown + if cut { "…" } else { "" }));
+    }
+
+    /// Lines across at the round values of a vertical axis, their numbers, and the name of the axis.
+    pub fn vertical(&mut self, axis: &Axis, [from, to]: [f64; 2], least: f64, name: &str) {
+        for (y, number) in axis.ticks(least) {
+            self.line([from, y], [to, y], 0.8, PALE);
+            self.text([from - 6.0, y + 4.0], 11.5, Anchor::End, INK, &number);
+        }
+        self.upright([from - 44.0, (axis.places[0] + axis.places[1]) / 2.0], 12.5, name);
+    }
+
+    /// Lines downwards at the round values of a horizontal axis, with their numbers below if it has a name.
+    pub fn horizontal(&mut self, axis: &Axis, [top, bottom]: [f64; 2], least: f64, name: Option<&str>) {
+        for (x, number) in axis.ticks(least) {
+            self.line([x, top], [x, bottom], 0.8, PALE);
+            if name.is_some() {
+                self.text([x, bottom + 15.0], 11.5, Anchor::Middle, INK, &number);
+            }
+        }
+        if let Some(name) = name {
+            self.text([(axis.places[0] + axis.places[1]) / 2.0, bottom + 33.0], 12.5, Anchor::Middle, INK, name);
+        }
     }
 
     /// A text that reads upwards.
@@ -171,31 +208,68 @@ fn escape(text: &str) -> String {
     crate::text::shown::name(text).replace('&', "&amp;").replace('<', "&lt;").replace('>', "&gt;")
 }
 
-/// A rectangle of the picture with a vertical axis; along x, positions are the caller's.
+/// A straight axis: the values at its ends, and their places \[px\].
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Axis {
+    /// Different ones.
+    pub values: [f64; 2],
+    /// Along x or y.
+    pub places: [f64; 2],
+}
+
+impl Axis {
+    /// The place of a value.
+    #[must_use]
+    pub fn at(&self, value: f64) -> f64 {
+        let ([low, high], [from, to]) = (self.values, self.places);
+        from + (value - low) / (high - low) * (to - from)
+    }
+
+    /// The places of its round values and their numbers: as few as make `least` steps or more.
+    pub fn ticks(&self, least: f64) -> impl Iterator<Item = (f64, String)> {
+        let (axis, [low, high]) = (*self, self.values);
+        let step = step(high - low, least);
+        let digits = (-(step * 1.000_001).log10().floor()).max(0.0) as usize;
+        let number = move |value: f64| match step {
+            1e-5..1e6 => format!("{value:.digits$}"),
+            _ => format!("{value:.1e}"),
+        };
+        let (first, last) = ((low / step - 1e-9).ceil() as i64, (high / step + 1e-9).floor() as i64);
+        (first..=last).map(move |k| (axis.at(k as f64 * step), number(k as f64 * step)))
+    }
+}
+
+/// A rectangle of the picture with a vertical axis from 0; along x, positions are the caller's.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plot {
     /// Left and right edge \[px\].
     pub x: [f64; 2],
     /// Upper and lower edge \[px\].
     pub y: [f64; 2],
-    /// Value at the upper edge; at the lower edge it is 0.
+    /// Value at the upper edge.
     pub top: f64,
 }
+
+/// Steps of the axis of a [`Plot`] at least.
+const STEPS: f64 = 4.0;
 
 impl Plot {
     /// A plot whose axis runs from 0 to a round number above `highest`.
     #[must_use]
     pub fn new(x: [f64; 2], y: [f64; 2], highest: f64) -> Plot {
         let highest = if highest.is_finite() && highest > 0.0 { highest } else { 1.0 };
-        let step = step(highest);
+        let step = step(highest, STEPS);
         Plot { x, y, top: (highest / step - 1e-9).ceil() * step }
+    }
+
+    fn values(&self) -> Axis {
+        Axis { values: [0.0, self.top], places: [self.y[1], self.y[0]] }
     }
 
     /// Height of a value \[px\]; values above the axis end at its top.
     #[must_use]
     pub fn height(&self, value: f64) -> f64 {
-        let share = (value / self.top).clamp(0.0, 1.0);
-        self.y[1] - share * (self.y[1] - self.y[0])
+        self.values().at(value.clamp(0.0, self.top))
     }
 
     /// The `i`-th of `count` equal steps along x, at `share` of its width \[px\].
@@ -206,24 +280,15 @@ impl Plot {
 
     /// Draws grid, numbers, axis and its name.
     pub fn axis(&self, figure: &mut Figure, name: &str) {
-        let step = step(self.top);
-        let count = (self.top / step).round() as usize;
-        let digits = (-(step * 1.000_001).log10().floor()).max(0.0) as usize;
-        for i in 0..=count {
-            let value = i as f64 * step;
-            let y = self.height(value);
-            figure.line([self.x[0], y], [self.x[1], y], 0.8, PALE);
-            figure.text([self.x[0] - 6.0, y + 4.0], 11.5, Anchor::End, INK, &format!("{value:.digits$}"));
-        }
+        figure.vertical(&self.values(), self.x, STEPS, name);
         figure.line([self.x[0], self.y[1]], [self.x[1], self.y[1]], 1.0, INK);
-        figure.upright([self.x[0] - 44.0, (self.y[0] + self.y[1]) / 2.0], 12.5, name);
     }
 }
 
-/// 1, 2 or 5 times a power of ten: four to nine of them make `span`.
-fn step(span: f64) -> f64 {
-    let power = 10f64.powf((span / 4.0).log10().floor());
-    [5.0, 2.0, 1.0].into_iter().map(|factor| factor * power).find(|step| span / step >= 4.0).unwrap_or(power)
+/// The largest of 1, 2 or 5 times a power of ten of which `span` has `least` or more.
+fn step(span: f64, least: f64) -> f64 {
+    let power = 10f64.powf((span / least).log10().floor());
+    [5.0, 2.0, 1.0].into_iter().map(|factor| factor * power).find(|step| span / step >= least).unwrap_or(power)
 }
 
 #[cfg(test)]

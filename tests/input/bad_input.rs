@@ -550,7 +550,7 @@ const MAPS: &[(&str, &str, &str)] = &[
     (
         "rows =",
         "row =",
-        "map.toml:1:1: unknown field `row`, expected one of `title`, `rows`, `separator`, `decimal`, `header`, `headerless`, `skip_lines`, `units_row`, `missing`, `nobody`, `direction`, `position_at`, `frame_rate`, `frame_rate_hz`, `check_units`, `length`, `lead_length`, `lap_length`, `columns`",
+        "map.toml:1:1: unknown field `row`, expected one of `title`, `rows`, `separator`, `decimal`, `header`, `headerless`, `skip_lines`, `units_row`, `missing`, `nobody`, `direction`, `position_at`, `frame_rate`, `frame_rate_hz`, `check_units`, `length`, `lead_length`, `lap_length`, `columns`, `layout`",
     ),
     (
         "speed =",
@@ -594,7 +594,7 @@ const MAPS: &[(&str, &str, &str)] = &[
     (
         "rows = \"vehicles\"",
         "rows = \"pairs\"",
-        "map.toml:6: ahead: not in a table with rows = \"pairs\", which takes time, group, lane, driver, position, speed, acceleration, gap, headway, sin_grade, lead_speed, relative_speed, lead_position, lead_length, lead2_speed, lead2_gap",
+        "map.toml:6: ahead: not in a table with rows = \"pairs\", which takes time, group, lane, driver, position, speed, acceleration, gap, headway, sin_grade, lead_speed, relative_speed, lead_position, lead_length, lead_acceleration, lead2_speed, lead2_gap",
     ),
     (
         "id = { name",

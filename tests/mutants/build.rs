@@ -13,7 +13,7 @@ pub struct Built {
 }
 
 /// Changed files, below `src/models`: the reference, and the code that its numbers pass through.
-const MUTATED: [&str; 3] = ["reference/", "score.rs", "evaluator/case.rs"];
+const MUTATED: [&str; 3] = ["reference/", "score/", "evaluator/case.rs"];
 
 /// The judges: hand-worked numbers, and for the causes, which have none, their WGSL text (of which tests/shader_mutants.rs changes every place).
 const JUDGES: [(&str, &str); 2] =

@@ -107,7 +107,7 @@ fn simulate_lets_each_simulated_car_lead_the_next() {
     // Behind the simulated car, not behind the measured one.
     assert_eq!(column(2, "lead_speed_mps"), column(1, "sim_speed_mps"));
     assert_eq!(column(4, "lead_speed_mps"), column(3, "sim_speed_mps"));
-    for (follower, ahead) in [(1, "\npreceding vehicle\n"), (2, "\npreceding vehicle (simulated)\n")] {
+    for (follower, ahead) in [(1, ">preceding vehicle<"), (2, ">preceding vehicle (simulated)<")] {
         let plot = fs::read_to_string(out.join(format!("plot_follower{follower}.svg"))).unwrap();
         assert!(plot.contains(ahead), "follower {follower}");
     }

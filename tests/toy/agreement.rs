@@ -1,5 +1,5 @@
-//! Compiled in the copy of the crates that tests/toy.rs makes, where there are a further law, `fvd_linear`, and a further cause,
-//! `linear_drag`.
+//! Compiled in the copy of the crates that tests/toy.rs makes, where there are a further law, `fvd_linear`, a further cause,
+//! `linear_drag`, and a further measure, `range`.
 
 #[allow(dead_code, reason = "other tests use the rest")]
 #[path = "../common/cars.rs"]
@@ -14,8 +14,6 @@ use leadlag::internal::plant::{self, Effect, Noise, Scenario};
 use leadlag::internal::reference::Reference;
 use leadlag::internal::score::GoodnessOfFit;
 use leadlag::internal::wgsl::{Precision, extension_named};
-
-const GOF: GoodnessOfFit = GoodnessOfFit::NRMSE_SVA;
 
 /// Relative difference of scores over 1,000 samples. Not smaller: a run amplifies the last bit of the same operations in f64 in another
 /// order, and f32 has 24 bits.
@@ -34,19 +32,22 @@ fn all_evaluators_agree_on_the_new_variants() {
     });
     let drag = extension_named("linear_drag").expect("the cause is built in");
     let extended = ["idm", "gipps", "l-cth"].map(|base| base.parse::<Variant>().expect("a base").with(drag));
-    for variant in laws.chain(extended.map(|variant| variant.expect("they go together"))) {
+    let extended = extended.map(|variant| variant.expect("they go together"));
+    let gofs = ["nrmse-sva", "range-sva"].map(|name| name.parse::<GoodnessOfFit>().expect("the measure is built in"));
+    for (k, variant) in laws.chain(extended).enumerate() {
+        let gof = gofs[k % 2];
         let case = cars::case(&drive, variant, Convention::PAPER);
         let population = cars::spread(variant, Convention::PAPER, 40, 1, 0.0);
         let mut evaluators: Vec<Box<dyn Evaluator>> = Vec::new();
         for precision in [LanesPrecision::F64, LanesPrecision::Plain, LanesPrecision::Compensated] {
             evaluators
-                .push(Box::new(Lanes::new(vec![case.clone()], GOF, precision).expect("the shader can be compiled")));
+                .push(Box::new(Lanes::new(vec![case.clone()], gof, precision).expect("the shader can be compiled")));
         }
         if std::env::var_os("LEADLAG_NO_GPU").is_none() {
-            let gpu = Gpu::new(vec![case.clone()], GOF, Precision::Plain, &AdapterChoice::Best);
+            let gpu = Gpu::new(vec![case.clone()], gof, Precision::Plain, &AdapterChoice::Best);
             evaluators.push(Box::new(gpu.expect("an adapter, or LEADLAG_NO_GPU=1")));
         }
-        let expected = scores(&mut Reference::new(vec![case], GOF), &population);
+        let expected = scores(&mut Reference::new(vec![case], gof), &population);
         assert!(expected.iter().any(|score| matches!(score, Score::Value(_))), "{variant}: some candidates drive on");
         for evaluator in &mut evaluators {
             let found = scores(evaluator.as_mut(), &population);

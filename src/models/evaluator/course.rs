@@ -4,7 +4,7 @@ use super::Case;
 use super::table::Table;
 use crate::catalog::Constraint;
 use crate::convention::{Delay, Denominators};
-use crate::score::{GoodnessOfFit, Measured, Norm, denominator, is_relative};
+use crate::score::{Accumulation, GoodnessOfFit, Measured, Norm, denominator};
 use crate::symbols::{Parameters, Symbol};
 use std::sync::Arc;
 
@@ -173,10 +173,8 @@ impl Course {
         let vehicle = case.vehicle.as_ref().filter(|_| needs_vehicle);
         let floored = [false, case.convention.denominators == Denominators::Floored, false];
         let signals = [&case.s, &case.v_f, &case.a_f];
-        let per_denominator = |i: usize| {
-            let inverse = |y: &f64| if is_relative(*y, floored[i]) { 1.0 / denominator(*y, floored[i]) } else { 0.0 };
-            signals[i].iter().map(inverse).collect()
-        };
+        let per_denominator =
+            |i: usize| signals[i].iter().map(|y| Accumulation::Relative.slope(*y, floored[i])).collect();
         let longest = case.longest_delay() / case.dt;
         let ring = (longest - 1e-9).ceil() as usize + 2;
         let measured = (0..=ring.max(case.earliest).min(count - 1))

@@ -11,7 +11,7 @@ use crate::evaluator::{Case, EvaluateError};
 use crate::lanes::Lanes;
 use crate::reference::Trace;
 use crate::rescore;
-use crate::score::{Accumulation, GoodnessOfFit, Measured, denominator, is_relative};
+use crate::score::{Accumulation, GoodnessOfFit, Measured};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -231,7 +231,7 @@ impl Local {
         for k in (0..3).filter(|&k| norm.per_count[k] > 0.0) {
             let residual_of = |simulated: &[f64]| -> Vec<f64> {
                 let pairs = simulated[first..].iter().zip(&observed[k][first..]);
-                pairs.map(|(sim, obs)| residual(kind, *sim, *obs, floor[k])).collect()
+                pairs.map(|(sim, obs)| kind.term(*sim, *obs, floor[k])).collect()
             };
             let slope = |(low, high, distance): &([Vec<f64>; 3], [Vec<f64>; 3], f64)| -> Vec<f64> {
                 let (low, high) = (residual_of(&low[k]), residual_of(&high[k]));
@@ -244,7 +244,7 @@ impl Local {
                 weight /= (square * norm.per_count[k]).sqrt() + norm.rms_measured[k];
             }
             let slopes = sides.iter().map(slope).collect();
-            let per_simulated = observed[k][first..].iter().map(|obs| per_simulated(kind, *obs, floor[k])).collect();
+            let per_simulated = observed[k][first..].iter().map(|obs| kind.slope(*obs, floor[k])).collect();
             signals.push(SignalResiduals {
                 signal: k,
                 per_simulated,
@@ -405,24 +405,4 @@ fn inverse(form: &DMatrix<f64>, row: usize) -> DVector<f64> {
     let unit = DVector::from_fn(n, |k, _| f64::from(u8::from(k == row)));
     let alone = DVector::from_fn(n, |k, _| unit[k] / form[(row, row)].max(f64::MIN_POSITIVE));
     form.clone().cholesky().map_or(alone, |c| c.solve(&unit))
-}
-
-/// The value that is squared and averaged.
-fn residual(kind: Accumulation, simulated: f64, observed: f64, floored: bool) -> f64 {
-    let measured = denominator(observed, floored);
-    match kind {
-        Accumulation::Squared | Accumulation::Theil => simulated - observed,
-        Accumulation::Floored => simulated - measured,
-        Accumulation::Relative if is_relative(observed, floored) => (simulated - observed) / measured,
-        Accumulation::Relative => 0.0,
-    }
-}
-
-/// Derivative of [`residual`] by the simulated value.
-fn per_simulated(kind: Accumulation, observed: f64, floored: bool) -> f64 {
-    match kind {
-        Accumulation::Squared | Accumulation::Theil | Accumulation::Floored => 1.0,
-        Accumulation::Relative if is_relative(observed, floored) => 1.0 / denominator(observed, floored),
-        Accumulation::Relative => 0.0,
-    }
 }

@@ -1,7 +1,7 @@
 //! Figures of a diagnosis: the missing acceleration against signals, and the models of the race.
 
 use crate::diagnose::describe::missing::{Class, Profile, Profiles};
-use crate::report::figure::{Anchor, Figure, INK, PALE, PALETTE};
+use crate::report::figure::{Anchor, Axis, Figure, INK, PALETTE};
 use crate::result::diagnosis::recommended::{ClosedLoopEntry, Trial};
 
 /// Colours of the base and of the extended model.
@@ -42,27 +42,18 @@ fn panel(figure: &mut Figure, corner: [f64; 2], profile: &Profile, other: Option
         let room = 0.05 * (high - low).max(1e-6);
         [low - room, high + room]
     };
-    let x_range = range(&mut classes().map(|c| c.at));
-    let y_range = range(&mut classes().flat_map(|c| [c.mean - 1.96 * c.error, c.mean + 1.96 * c.error, 0.0]));
     let [left, top] = [corner[0] + LEFT, corner[1] + 12.0];
     let [right, bottom] = [corner[0] + PANEL[0] - 12.0, corner[1] + PANEL[1] - BELOW];
-    let x = |value: f64| left + (value - x_range[0]) / (x_range[1] - x_range[0]) * (right - left);
-    let y = |value: f64| bottom - (value - y_range[0]) / (y_range[1] - y_range[0]) * (bottom - top);
-    for value in ticks(y_range) {
-        figure.line([left, y(value)], [right, y(value)], 0.8, PALE);
-        figure.text([left - 6.0, y(value) + 4.0], 11.0, Anchor::End, INK, &number(value));
-    }
-    for value in ticks(x_range) {
-        figure.line([x(value), bottom], [x(value), bottom + 4.0], 1.0, INK);
-        figure.text([x(value), bottom + 16.0], 11.0, Anchor::Middle, INK, &number(value));
-    }
-    figure.line([left, y(0.0)], [right, y(0.0)], 1.2, INK);
-    figure.line([left, bottom], [right, bottom], 1.0, INK);
+    let x = Axis { values: range(&mut classes().map(|c| c.at)), places: [left, right] };
+    let ends = &mut classes().flat_map(|c| [c.mean - 1.96 * c.error, c.mean + 1.96 * c.error, 0.0]);
+    let y = Axis { values: range(ends), places: [bottom, top] };
     let name = if profile.unit == "-" { profile.name.clone() } else { format!("{} [{}]", profile.name, profile.unit) };
-    figure.text([0.5 * (left + right), bottom + 33.0], 12.0, Anchor::Middle, INK, &name);
-    figure.upright([corner[0] + 14.0, 0.5 * (top + bottom)], 12.0, "d [m/s²]");
+    figure.horizontal(&x, [top, bottom], 3.0, Some(&name));
+    figure.vertical(&y, [left, right], 3.0, "d [m/s²]");
+    figure.line([left, y.at(0.0)], [right, y.at(0.0)], 1.2, INK);
+    figure.line([left, bottom], [right, bottom], 1.0, INK);
     for (own, colour) in both() {
-        let points: Vec<[f64; 2]> = own.classes.iter().map(|c| [x(c.at), y(c.mean)]).collect();
+        let points: Vec<[f64; 2]> = own.classes.iter().map(|c| [x.at(c.at), y.at(c.mean)]).collect();
         // Two classes with an empty class between them are not joined by a line.
         let adjoin = |a: &Class, b: &Class| a.number.zip(b.number).is_none_or(|(a, b)| a + 1 == b);
         let mut from = 0;
@@ -74,26 +65,11 @@ fn panel(figure: &mut Figure, corner: [f64; 2], profile: &Profile, other: Option
         }
         for (class, point) in own.classes.iter().zip(&points) {
             let reach = 1.96 * class.error;
-            figure.line([point[0], y(class.mean - reach)], [point[0], y(class.mean + reach)], 1.4, colour);
+            let [low, high] = [class.mean - reach, class.mean + reach].map(|end| y.at(end));
+            figure.line([point[0], low], [point[0], high], 1.4, colour);
             figure.dot(*point, 2.6, colour);
         }
     }
-}
-
-/// Round values within a range, three to seven of them.
-fn ticks([low, high]: [f64; 2]) -> Vec<f64> {
-    let span = high - low;
-    let power = 10f64.powf((span / 3.0).log10().floor());
-    let step = [5.0, 2.0, 1.0].into_iter().map(|f| f * power).find(|step| span / step >= 3.0).unwrap_or(power);
-    let (first, last) = ((low / step).ceil() as i64, (high / step).floor() as i64);
-    (first..=last).map(|k| k as f64 * step).collect()
-}
-
-/// Drops the digits of binary rounding.
-fn number(value: f64) -> String {
-    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    // Adding 0 turns -0 into 0.
-    (rounded + 0.0).to_string()
 }
 
 /// The models of the race that gain most: the share by which the error on unseen data falls at each horizon, with its 95 % interval.
@@ -123,15 +99,12 @@ pub fn race(title: &str, race: &ClosedLoopEntry) -> String {
         let ends = gains().flat_map(|gain| gain.interval.into_iter().chain([gain.gain, 0.0])).filter(|x| x.is_finite());
         let (low, high) = ends.fold((-0.01, 0.01), |(a, b): (f64, f64), x| (a.min(x), b.max(x)));
         let left = NAMES + (WIDTH + APART) * k as f64;
-        let x = |value: f64| left + (value.clamp(low, high) - low) / (high - low) * WIDTH;
-        for tick in ticks([100.0 * low, 100.0 * high]) {
-            figure.line([x(tick / 100.0), TOP], [x(tick / 100.0), bottom], 1.0, PALE);
-            figure.text([x(tick / 100.0), bottom + 15.0], 11.0, Anchor::Middle, INK, &number(tick));
-        }
-        figure.line([x(0.0), TOP], [x(0.0), bottom], 1.4, INK);
+        let axis = Axis { values: [100.0 * low, 100.0 * high], places: [left, left + WIDTH] };
+        let x = |share: f64| axis.at(100.0 * share.clamp(low, high));
         let seconds = gains().next().and_then(|gain| gain.horizon_s);
         let head = seconds.map_or("whole drives [%]".to_owned(), |s| format!("within {s:.0} s [%]"));
-        figure.text([left + 0.5 * WIDTH, bottom + 33.0], 12.0, Anchor::Middle, INK, &head);
+        figure.horizontal(&axis, [TOP, bottom], 3.0, Some(&head));
+        figure.line([x(0.0), TOP], [x(0.0), bottom], 1.4, INK);
         for (row, (trial, gain)) in trials.iter().zip(gains()).enumerate() {
             let (y, colour) = (TOP + ROW * (row as f64 + 0.5), if trial.in_set { PALETTE[0] } else { PALETTE[5] });
             let [from, to] = gain.interval;

@@ -120,6 +120,21 @@ fn rmspe_at_standstill() {
 }
 
 #[test]
+fn slopes_are_the_derivatives_of_the_terms() {
+    let kinds = [Accumulation::Squared, Accumulation::Relative, Accumulation::Theil, Accumulation::Floored];
+    for (kind, floored, observed) in
+        kinds.into_iter().flat_map(|kind| [(kind, false, 4.0), (kind, true, 0.0), (kind, false, 0.0)])
+    {
+        // Terms are straight lines, so that a step of 1 gives the slope up to rounding.
+        let step = kind.term(8.0, observed, floored) - kind.term(7.0, observed, floored);
+        close(&format!("{kind:?} at {observed}, floored {floored}"), "", 0, kind.slope(observed, floored), step);
+    }
+    // 1/4, and 1/0.001
+    close("relative", "", 0, Accumulation::Relative.slope(4.0, false), 0.25);
+    close("relative to the floor", "", 0, Accumulation::Relative.slope(0.0, true), 1000.0);
+}
+
+#[test]
 fn a_norm_leaves_out_what_is_not_compared() {
     let gof: GoodnessOfFit = "rmse-v:2".parse().expect("a goodness of fit");
     let of = |(_, measured): ([f64; 3], [f64; 3])| Measured::of(&measured, false);

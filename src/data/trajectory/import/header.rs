@@ -107,9 +107,6 @@ pub(in crate::trajectory) struct Header {
     columns: Vec<usize>,
 }
 
-/// For users' tables with other names.
-pub(in crate::trajectory) const OWN_NAMES: &str = "read the table with --columns (`leadlag list columns`)";
-
 /// Nine cars of OpenACC have 71 columns; more columns and names must not take hours.
 const COLUMNS_MAX: usize = 2000;
 
@@ -205,10 +202,9 @@ impl Header {
         problems.add(self.line.max(1), None, kind);
     }
 
-    /// Records a problem for every unknown column that looks like a misspelt known one, and returns the other unknown ones.
-    pub fn unknown(&self, needed: &[&str], known: &[&str], problems: &mut Problems) -> Vec<String> {
+    /// Records a problem for every unknown column that looks like a misspelt known one.
+    pub fn unknown(&self, needed: &[&str], known: &[&str], problems: &mut Problems) {
         let is_known = |name: &String| known.contains(&name.as_str());
-        let mut ignored = Vec::new();
         for (index, name) in self.names.iter().enumerate() {
             if is_known(name) || name.is_empty() {
                 continue;
@@ -216,12 +212,10 @@ impl Header {
             // A needed column that is missing is reported by `require`, with the same suggestion.
             let free = known.iter().copied().filter(|k| self.find(k).is_none());
             match nearest(name, free) {
-                Some(near) if needed.contains(&near) => {}
-                Some(near) => self.suspect(index, near, problems),
-                None => ignored.push(name.clone()),
+                Some(near) if !needed.contains(&near) => self.suspect(index, near, problems),
+                _ => {}
             }
         }
-        ignored
     }
 
     /// Records that column `index` is unknown but close to `near`.

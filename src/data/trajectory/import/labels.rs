@@ -2,10 +2,11 @@
 
 use super::header::{Header, column_of, split};
 use super::lines::Lines;
+use super::median;
+use super::number::present;
 use super::problems::{Problems, Stop};
-use super::table::present;
-use crate::trajectory::Source;
 use crate::trajectory::error::{ImportError, ProblemKind};
+use crate::trajectory::{Note, Platoon, Source};
 use std::collections::HashMap;
 use std::io::Read;
 
@@ -47,6 +48,37 @@ impl Labels {
     #[must_use]
     pub fn get(&self, file_stem: &str) -> Option<&[Label]> {
         self.rows.get(file_stem).map(Vec::as_slice)
+    }
+}
+
+/// Names and lengths from the table beside the file; lengths it does not give follow from the positions.
+pub(super) fn name_cars(platoon: &mut Platoon, file_stem: &str, labels: Option<&Labels>) {
+    let found = labels.and_then(|labels| labels.get(file_stem));
+    for car in &mut platoon.cars {
+        if let Some(label) = found.and_then(|labels| labels.get(car.number - 1)) {
+            car.name.clone_from(&label.name);
+            car.length = Some(label.length);
+        }
+    }
+    for follower in 1..platoon.cars.len() {
+        let (front, back) = platoon.cars.split_at_mut(follower);
+        let (Some(front), back) = (front.last_mut(), &back[0]) else {
+            continue;
+        };
+        let (Some(x_l), Some(x_f), Some(gap)) = (&front.x, &back.x, &back.gap) else {
+            continue;
+        };
+        if front.length.is_none() {
+            let differences = (0..gap.len()).map(|i| x_l[i] - x_f[i] - gap[i]);
+            if let Some(length) = median(differences) {
+                front.length = Some(length);
+                platoon.notes.push(Note::LengthDerived {
+                    car: front.number,
+                    length_m: length,
+                    from: "positions and spacing".to_owned(),
+                });
+            }
+        }
     }
 }
 

@@ -1,8 +1,10 @@
 //! The known file layouts, and how a file is recognised.
 
+use super::columns::ColumnMap;
 use super::header::{Field, split, stands_for};
 use crate::text::spelling::{any_of, did_you_mean};
 use std::str::FromStr;
+use std::sync::LazyLock;
 
 /// The layout of a file of measured trajectories, by its name on the command line and in reports.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, serde::Serialize, strum::Display, strum::IntoStaticStr)]
@@ -38,16 +40,48 @@ impl Layout {
         Layout::ALL.map(|layout| layout.into_str())
     }
 
+    /// The meaning of its columns; `None` for a layout that needs a map of its own.
+    pub(super) fn map(self) -> Option<&'static ColumnMap> {
+        let like = if self == Layout::AstazeroRebuilt { Layout::OpenAcc } else { self };
+        MAPS.iter().find(|known| known.layout == like).map(|known| &known.map)
+    }
+
     /// Name of the time column.
     #[must_use]
     pub fn time_column(self) -> &'static str {
-        match self {
-            Layout::OpenAcc | Layout::AstazeroRebuilt | Layout::AstazeroProcessed => "Time",
-            Layout::UltraAv => "Time_Index",
-            Layout::Pair => "time_s",
-            Layout::Columns => "time",
-        }
+        self.map().and_then(|map| map.time_column()).unwrap_or("time")
     }
+}
+
+/// A layout that a header is recognised by.
+struct Known {
+    layout: Layout,
+    map: ColumnMap,
+    /// Names of its columns that distinguish it from others.
+    typical: Vec<String>,
+}
+
+/// The maps of the layouts. Of layouts with as many columns of a header the last one counts: a table with unknown names is most easily turned
+/// into a pair file.
+static MAPS: LazyLock<[Known; 4]> = LazyLock::new(|| {
+    let texts = [
+        (Layout::OpenAcc, include_str!("columns/maps/openacc.toml")),
+        (Layout::AstazeroProcessed, include_str!("columns/maps/astazero-processed.toml")),
+        (Layout::UltraAv, include_str!("columns/maps/ultra-av.toml")),
+        (Layout::Pair, include_str!("columns/maps/pair.toml")),
+    ];
+    texts.map(|(layout, text)| {
+        let map = ColumnMap::parse(text, layout.into_str()).expect("tests read a file of each layout");
+        Known { layout, typical: map.typical(), map }
+    })
+});
+
+/// The number of columns of a line that belong to a layout.
+pub(super) fn named(line: &str) -> usize {
+    let mut fields = Vec::new();
+    split(line, &mut fields);
+    let is_known = |field: &&Field| MAPS.iter().flat_map(|known| &known.typical).any(|name| name == field.text);
+    fields.iter().filter(is_known).count()
 }
 
 /// A name that is not the name of a layout.
@@ -75,27 +109,15 @@ pub(super) fn detect(first_line: &str) -> Option<Layout> {
     if fields[0].text.eq_ignore_ascii_case("Date") {
         return Some(Layout::OpenAcc);
     }
-    // A sample of columns is enough to distinguish the layouts.
-    let typical: [(Layout, &[&str]); 4] = [
-        (Layout::OpenAcc, &["Time", "Speed1", "Speed2", "IVS1"]),
-        (Layout::AstazeroProcessed, &["Time", "SpeedDoppler1", "SpeedDoppler2", "Spacing2", "Accel1", "X1"]),
-        (Layout::UltraAv, super::ultra_av::COLUMNS),
-        (Layout::Pair, super::pair::COLUMNS),
-    ];
-    let score = |columns: &[&str]| {
+    let score = |columns: &[String]| {
         // All kinds of tables have a column called Time.
-        let of = |field: &Field| match columns.contains(&field.text) && field.text != "Time" {
+        let of = |field: &Field| match columns.iter().any(|name| name == field.text) && field.text != "Time" {
             true => 10,
             false => i32::from(columns.iter().any(|column| stands_for(field.text, column))),
         };
         fields.iter().map(of).sum::<i32>()
     };
-    let scores = typical.map(|(layout, columns)| (score(columns), layout));
-    scores
-        .into_iter()
-        // `max_by_key` keeps the last of equals: a table with unknown names is most easily turned into a pair file. One name with several
-        // meanings does not decide the layout.
-        .max_by_key(|&(score, _)| score)
-        .filter(|&(score, _)| score > 1)
-        .map(|(_, layout)| layout)
+    let scores = MAPS.iter().map(|known| (score(&known.typical), known.layout));
+    // One name with several meanings does not decide the layout.
+    scores.max_by_key(|&(score, _)| score).filter(|&(score, _)| score > 1).map(|(_, layout)| layout)
 }

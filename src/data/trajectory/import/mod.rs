@@ -1,4 +1,4 @@
-//! From a file to a [`Recording`]: one importer per layout, over one reader of lines and numbers.
+//! From a file to a [`Recording`]: one reader of tables, and a map of the columns for each layout.
 //!
 //! Input is not trusted: a table is bounded in text and in memory, a line by 1 MiB (`text::bounded`), and every refused value is named
 //! with its place. Missing values (an empty field, `NaN`, `nan`) become NaN; nothing is repaired here.
@@ -9,23 +9,20 @@ mod kind;
 mod labels;
 mod layout;
 mod lines;
-mod openacc;
-mod pair;
+mod metadata;
+mod number;
 #[cfg_attr(not(feature = "parquet"), path = "no_parquet.rs")]
 mod parquet;
 mod preamble;
 mod problems;
-mod processed;
-mod table;
-mod ultra_av;
 
 pub use columns::{ColumnMap, MapError, read_mapped, read_mapped_from};
 pub(super) use header::{Field, Header, column_of, split};
 pub use labels::{Label, Labels};
 pub use layout::{Layout, UnknownLayout};
 pub(super) use lines::Lines;
+pub(super) use number::{GRADE_LIMIT, POSITION_LIMIT, present};
 pub(super) use problems::{Problems, Stop};
-pub(super) use table::{GRADE_LIMIT, POSITION_LIMIT, present};
 
 use super::error::{ImportError, ProblemKind};
 use super::{ChosenBy, Grade, Note, Recording, Source};
@@ -92,7 +89,7 @@ fn add_labels(recording: &mut Recording, labels: Option<&Labels>) {
     }
     let stem = recording.stem().to_owned();
     for platoon in &mut recording.platoons {
-        processed::name_cars(platoon, &stem, labels);
+        labels::name_cars(platoon, &stem, labels);
     }
     recording.companions.extend(labels.map(|l| l.source.clone()));
 }
@@ -123,13 +120,7 @@ fn platoons<R: Read>(
     problems: &mut Problems,
 ) -> Result<(Layout, Vec<super::Platoon>), Stop> {
     let mut notes = Vec::new();
-    let named = |line: &str| {
-        let mut fields = Vec::new();
-        split(line, &mut fields);
-        let known = |field: &&Field| pair::COLUMNS.contains(&field.text) || ultra_av::COLUMNS.contains(&field.text);
-        fields.iter().filter(known).count()
-    };
-    let Some(first) = preamble::header(lines, problems, &mut notes, named)? else {
+    let Some(first) = preamble::header(lines, problems, &mut notes, layout::named)? else {
         return Err(problems.stop(1, None, ProblemKind::Empty));
     };
     let line = lines.number();
@@ -144,20 +135,18 @@ fn platoons<R: Read>(
         let found = header.names;
         return Err(problems.stop(line, None, ProblemKind::UnknownHeader { found }));
     };
-    let (chosen, mut platoons) = match chosen {
-        Layout::OpenAcc | Layout::AstazeroRebuilt => {
-            let (found, platoons) = openacc::read(first, lines, problems, &mut notes)?;
-            (layout.unwrap_or(found), platoons)
-        }
-        Layout::AstazeroProcessed => (chosen, processed::read(&first, lines, problems, &mut notes)?),
-        Layout::UltraAv => (chosen, ultra_av::read(&first, lines, problems, &mut notes)?),
-        Layout::Pair => (chosen, pair::read(&first, lines, problems, &mut notes)?),
-        Layout::Columns => return Err(problems.stop(1, None, ProblemKind::NeedsMap)),
+    let Some(map) = chosen.map() else {
+        return Err(problems.stop(1, None, ProblemKind::NeedsMap));
     };
-    if let Some(first) = platoons.first_mut() {
-        first.notes.splice(0..0, notes);
-    }
-    Ok((chosen, platoons))
+    let has_metadata = matches!(chosen, Layout::OpenAcc | Layout::AstazeroRebuilt);
+    let (names, header) = match has_metadata {
+        true => metadata::read(first, lines, problems)?,
+        false => (Vec::new(), Header::parse(&first, line, problems)?),
+    };
+    let found = if has_metadata { metadata::layout(&header) } else { chosen };
+    let mut platoons = columns::read_layout(lines, header, (chosen, map), notes, problems)?;
+    platoons.iter_mut().for_each(|platoon| metadata::name_cars(platoon, &names));
+    Ok((layout.unwrap_or(found), platoons))
 }
 
 /// The text of a file: unchanged, unpacked if it is packed by gzip, or the rows of a Parquet table.
@@ -185,13 +174,6 @@ fn opened(path: &Path) -> Result<(Box<dyn Read>, bool), ImportError> {
 
 /// First bytes of a gzip file.
 const GZIP: [u8; 2] = [0x1F, 0x8B];
-
-/// A last line without an end may have lost digits.
-fn note_end(terminated: bool, lines: &[u64], notes: &mut Vec<Note>) {
-    if let (false, Some(&line)) = (terminated, lines.last()) {
-        notes.push(Note::OpenEnd { line });
-    }
-}
 
 /// Words of a column that says who drives, besides names: that of a human, and that of a controller.
 const DRIVERS: [(&str, &[&str]); 2] =

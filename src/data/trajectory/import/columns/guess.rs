@@ -1,6 +1,6 @@
 //! Finds an unmapped column that may distinguish drives.
 
-use super::super::table::fingerprint;
+use super::super::number::fingerprint;
 use std::collections::HashMap;
 
 /// A column with more different values than this, and than a tenth of the rows, does not identify drives.

@@ -2,7 +2,7 @@
 
 use super::error::MapError;
 use super::role::Role;
-use super::text::{Entry, Headerless, Named, Names, Text};
+use super::text::{Entry, Fixed, Headerless, Named, Names, Text};
 use super::unit::Form;
 use crate::trajectory::Preparation;
 use crate::trajectory::grade::LAPS_M;
@@ -109,7 +109,10 @@ pub struct ColumnMap {
     pub(super) direction: Direction,
     pub(super) position_at: PositionAt,
     pub(super) check_units: bool,
+    /// In the order of the file.
     pub(super) columns: Vec<Column>,
+    /// Of a layout that is recognised by its header.
+    pub(super) layout: Option<Fixed>,
 }
 
 impl ColumnMap {
@@ -136,7 +139,7 @@ impl ColumnMap {
             let line = text[..key.span().start].matches('\n').count() + 1;
             let context = Context { rows: parsed.rows, frame_s, name, line };
             match entry.as_ref() {
-                Entry::Column(named) => columns.push(column(key.as_ref(), named, &context)?),
+                Entry::Column(named) => columns.push((key.span().start, column(key.as_ref(), named, &context)?)),
                 Entry::Constant(value) => match role(key.as_ref(), &context)? {
                     Role::Length => length = Some(*value),
                     Role::LeadLength => lead_length = Some(*value),
@@ -153,8 +156,7 @@ impl ColumnMap {
         if let Some(found) = parsed.lap_length.filter(|lap| !LAPS_M.contains(lap)) {
             return Err(MapError::Lap { path: path(), found });
         }
-        // In the order of the roles and not of the file, because the numbers of a row have this order.
-        columns.sort_by_key(|column: &Column| column.role);
+        columns.sort_by_key(|(start, _)| *start);
         let map = ColumnMap {
             name: path(),
             title: parsed.title,
@@ -174,7 +176,8 @@ impl ColumnMap {
             direction: parsed.direction,
             position_at: parsed.position_at,
             check_units: parsed.check_units,
-            columns,
+            columns: columns.into_iter().map(|(_, column)| column).collect(),
+            layout: parsed.layout,
         };
         map.complete()?;
         Ok(map)
@@ -184,6 +187,11 @@ impl ColumnMap {
     #[must_use]
     pub fn column_names(&self) -> Vec<&str> {
         self.columns.iter().filter_map(|column| column.names.first().map(String::as_str)).collect()
+    }
+
+    /// The first name of its column of times.
+    pub(in crate::trajectory::import) fn time_column(&self) -> Option<&str> {
+        self.column(Role::Time)?.names.first().map(String::as_str)
     }
 
     pub(super) fn column(&self, role: Role) -> Option<&Column> {

@@ -7,12 +7,14 @@ mod clock;
 mod error;
 mod guess;
 mod map;
-pub(super) mod pairs;
+mod pairs;
 mod platoon;
 mod plausible;
 mod role;
 mod rows;
 mod text;
+mod trajectory;
+mod ultra_av;
 mod unit;
 mod vehicles;
 mod wanted;
@@ -20,15 +22,17 @@ mod wanted;
 pub use error::MapError;
 pub use map::ColumnMap;
 
-use super::header::nearest;
+use super::header::{Header, nearest};
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
 use crate::text::bounded::TEXT_MAX;
 use crate::trajectory::{ChosenBy, ImportError, Layout, Note, Platoon, Recording, Source};
+use map::Separator;
 use std::io::Read;
 use std::path::Path;
+use wanted::Names;
 
-/// Name and text of the built-in maps.
+/// Name and text of the maps that users name.
 const SHIPPED: [(&str, &str); 8] = [
     ("ngsim", include_str!("maps/ngsim.toml")),
     ("highd", include_str!("maps/highd.toml")),
@@ -49,7 +53,8 @@ impl ColumnMap {
 
     /// A built-in map by its name, or your own map: its file, which ends in `.toml`, or its text, which has several lines.
     ///
-    /// A built-in map by its name, or your own map: its file, which ends in `.toml`, or its text, which has several lines.
+    /// # Errors
+    /// [`MapError`], for an unknown name, and as [`ColumnMap::parse`].
     pub fn find(given: &str) -> Result<ColumnMap, MapError> {
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == given) {
             return ColumnMap::parse(text, name);
@@ -85,7 +90,10 @@ pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Recording, ImportErro
 pub fn read_mapped_from(input: impl Read, name: &str, map: &ColumnMap) -> Result<Recording, ImportError> {
     let mut problems = Problems::default();
     let mut lines = Lines::new(input);
-    let result = platoons(&mut lines, map, &mut problems);
+    let mut notes = Vec::new();
+    let header = rows::header(&mut lines, map, &mut problems, &mut notes);
+    let table = header.and_then(|header| rows::read(&mut lines, header, map, notes, &mut problems));
+    let result = table.and_then(|table| platoons(&table, map, &mut problems));
     let mut platoons = problems.finish(name, result)?;
     for platoon in &mut platoons {
         platoon.notes.insert(0, Note::Mapped { map: map.name.clone(), pair: platoon.id.clone() });
@@ -104,12 +112,35 @@ pub fn read_mapped_from(input: impl Read, name: &str, map: &ColumnMap) -> Result
     })
 }
 
-fn platoons<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
-    let table = rows::read(lines, map, problems)?;
+fn platoons(table: &rows::Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
     match map.rows {
-        map::Rows::Vehicles => vehicles::platoons(&table, map, problems),
-        map::Rows::Pairs => pairs::platoons(&table, map, problems),
-        map::Rows::Platoon => platoon::platoons(&table, map, problems),
+        map::Rows::Vehicles => vehicles::platoons(table, map, problems),
+        map::Rows::Pairs => pairs::platoons(table, map, problems),
+        map::Rows::Platoon => platoon::platoons(table, map, problems),
+    }
+}
+
+/// Reads a table of a layout below its header; `notes` say what was skipped before.
+pub(super) fn read_layout<R: Read>(
+    lines: &mut Lines<R>,
+    header: Header,
+    (layout, map): (Layout, &ColumnMap),
+    notes: Vec<Note>,
+    problems: &mut Problems,
+) -> Result<Vec<Platoon>, Stop> {
+    let table = rows::read(lines, (header, Separator::Comma), map, notes, problems)?;
+    let mut platoons = platoons(&table, map, problems)?;
+    if layout == Layout::UltraAv {
+        platoons.iter_mut().for_each(|platoon| ultra_av::complete(platoon, &table));
+    }
+    Ok(platoons)
+}
+
+impl ColumnMap {
+    /// The names that are typical of a layout, with two cars.
+    pub(super) fn typical(&self) -> Vec<String> {
+        let names = |layout| Names { map: self, layout, cars: &[1, 2] }.typical();
+        self.layout.as_ref().map(names).unwrap_or_default()
     }
 }
 

@@ -3,14 +3,12 @@
 use super::map::ColumnMap;
 use super::plausible::{self, Pair};
 use super::role::Role;
-use super::rows::{Repeated, Table};
+use super::rows::Table;
 use crate::trajectory::error::{Faults, Problem, ProblemKind};
-use crate::trajectory::import::note_end;
+use crate::trajectory::import::number::REVERSE_LIMIT;
 use crate::trajectory::import::problems::{Problems, Stop};
-use crate::trajectory::import::table::REVERSE_LIMIT;
-use crate::trajectory::prepare::SEGMENT_MIN_S;
 use crate::trajectory::{Car, Note, Platoon};
-use std::collections::HashMap;
+use std::collections::{HashMap, HashSet};
 
 /// The rows of one group, or of one of several trajectories that have its name.
 pub(super) struct Group {
@@ -23,92 +21,43 @@ pub(super) struct Group {
     pub again: Option<Note>,
 }
 
-/// The rows of each group in the order of the file, whose times must rise; repeated rows count once.
-pub(super) fn by_group(table: &Table, problems: &mut Problems) -> Result<(Vec<Group>, Repeated), Stop> {
+/// The rows of each trajectory in the order of the file. Of those with the same name the later ones are numbered.
+pub(super) fn by_group(table: &Table) -> Vec<Group> {
+    let names = table.names(Role::Group);
     let mut groups: Vec<(Option<u32>, Vec<usize>)> = Vec::new();
     let mut place = HashMap::new();
     for row in 0..table.lines.len() {
-        let group = table.names(Role::Group).map(|group| group[row]);
-        let at = *place.entry(group).or_insert_with(|| {
-            groups.push((group, Vec::new()));
+        let at = *place.entry(table.pieces[row]).or_insert_with(|| {
+            groups.push((names.map(|names| names[row]), Vec::new()));
             groups.len() - 1
         });
         groups[at].1.push(row);
     }
-    let mut repeated = Repeated::default();
-    let mut found = Vec::new();
-    for (group, rows) in groups {
-        let mut pieces = pieces(rows, table);
-        if group.is_none() && pieces.len() > 1 {
-            if table.guess.is_empty() {
-                let row = pieces[1][0];
-                let found = table.numbers(Role::Time).map_or(f64::NAN, |time| time[row]);
-                let kind = ProblemKind::TimeAnew { column: table.called(Role::Time), found };
-                return Err(problems.stop(table.lines[row], None, kind));
+    let name = |group: u32| table.dictionary[group as usize].as_str();
+    let mut taken: HashSet<String> = groups.iter().filter_map(|(group, _)| Some(name((*group)?).to_owned())).collect();
+    let mut seen = HashMap::new();
+    let numbered = |(group, rows): (Option<u32>, Vec<usize>)| {
+        let number = seen.entry(group).and_modify(|number| *number += 1).or_insert(1);
+        let given = group.map(|group| name(group).to_owned());
+        let id = given.clone().map(|name| match *number {
+            1 => name,
+            number => {
+                let free = (number..).map(|number| format!("{name}.{number}")).find(|id| taken.insert(id.clone()));
+                free.expect("one of endlessly many numbers is free")
             }
-            pieces = vec![pieces.concat()];
-        }
-        for (number, mut rows) in (1..).zip(pieces) {
-            check_times(&mut rows, table, &mut repeated, problems);
-            let name = group.map(|group| table.dictionary[group as usize].clone());
-            let numbered = name.as_ref().map(|name| format!("{name}.{number}")).filter(|_| number > 1);
-            let again = numbered.clone().zip(name.clone()).map(|(read_as, id)| Note::IdAgain {
-                id,
-                line: table.lines[rows[0]],
-                read_as,
-            });
-            found.push(Group { id: numbered.or_else(|| name.clone()), name, rows, again });
-        }
-    }
-    problems.check()?;
-    Ok((found, repeated))
-}
-
-/// The rows of a group, cut where its time restarts: another trajectory has the same name.
-fn pieces(rows: Vec<usize>, table: &Table) -> Vec<Vec<usize>> {
-    let time = table.numbers(Role::Time).expect("a map without it is refused");
-    let mut pieces: Vec<Vec<usize>> = Vec::new();
-    for row in rows {
-        let anew = pieces.last().is_none_or(|piece| {
-            let [first, last] = [piece[0], piece[piece.len() - 1]].map(|row| time[row]);
-            time[row] <= first
-                && last - first >= SEGMENT_MIN_S
-                && !piece.iter().any(|&other| table.is_repeated(other, row))
         });
-        if anew {
-            pieces.push(Vec::new());
-        }
-        pieces.last_mut().expect("it was just put there").push(row);
-    }
-    pieces
-}
-
-/// Repeated rows are removed; the times of the others must rise.
-fn check_times(rows: &mut Vec<usize>, table: &Table, repeated: &mut Repeated, problems: &mut Problems) {
-    let time = table.numbers(Role::Time).expect("a map without it is refused");
-    // One message in place of one per row.
-    if let Some(pair) = rows.windows(2).find(|pair| time[pair[1]] <= time[pair[0]]).filter(|_| !table.guess.is_empty())
-    {
-        let (column, guess) = (table.called(Role::Time), table.guess.clone());
-        let kind = ProblemKind::NoGroup { column, previous: time[pair[0]], found: time[pair[1]], guess };
-        return problems.add(table.lines[pair[1]], None, kind);
-    }
-    table.take_once(rows, repeated, |first, line, found| {
-        problems.add(line, None, ProblemKind::TimeTwice { column: table.called(Role::Time), found, first });
-    });
-    for pair in rows.windows(2).filter(|pair| time[pair[1]] < time[pair[0]]) {
-        let (previous, found) = (time[pair[0]], time[pair[1]]);
-        let kind = ProblemKind::TimeBack { column: table.called(Role::Time), previous, found };
-        problems.add(table.lines[pair[1]], None, kind);
-    }
+        let again = given.clone().zip(id.clone()).filter(|_| *number > 1);
+        let again = again.map(|(id, read_as)| Note::IdAgain { id, line: table.lines[rows[0]], read_as });
+        Group { id, name: given, rows, again }
+    };
+    groups.into_iter().map(numbered).collect()
 }
 
 /// One platoon per group, in the order of the file.
 pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
-    let (groups, repeated) = by_group(table, problems)?;
     let mut platoons = Vec::new();
     let mut pairs = Vec::new();
-    for Group { name, id, rows, again } in groups.into_iter().filter(|group| group.rows.len() > 1) {
+    for Group { name, id, rows, again } in by_group(table).into_iter().filter(|group| group.rows.len() > 1) {
         let follower = name.as_deref().unwrap_or("follower");
         let (mut platoon, pair) = platoon(table, map, id, follower, &rows);
         platoon.notes.extend(again);
@@ -122,13 +71,11 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
     let Some(first) = platoons.first_mut() else {
         return Err(problems.stop(table.lines[0], None, ProblemKind::OneRow));
     };
-    first.notes.extend(repeated.note());
     if map.check_units {
         plausible::pairs(table, &pairs, problems);
         problems.check()?;
     }
-    first.notes.extend(table.notes.iter().cloned());
-    note_end(table.terminated, &table.lines, &mut first.notes);
+    table.note(first);
     Ok(platoons)
 }
 
@@ -199,11 +146,16 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, follower: &str, r
         // Without a length preparation asks for one.
         _ => None,
     };
-    let unusable = gap.iter().flatten().filter(|&&gap| gap <= 0.0).count();
-    if unusable > 0 {
-        notes.push(Note::NoGap { car: 2, signal: "gap".to_owned(), samples: unusable });
-    }
-    let positive = |gap: Vec<f64>| gap.into_iter().map(|gap| if gap > 0.0 { gap } else { f64::NAN }).collect();
+    let mut faults = faults(table, rows);
+    let mut positive = |gap: Option<Vec<f64>>, role, car| {
+        let name = if role == Role::Gap { "gap" } else { "gap of the vehicle ahead" };
+        let gap = table.above_0(gap?, rows, (role, 0), car, name);
+        notes.extend(gap.note);
+        faults.merge(gap.faults);
+        Some(gap.values)
+    };
+    let lead2_gap = positive(take(Role::Lead2Gap), Role::Lead2Gap, 1);
+    let gap = positive(gap, Role::Gap, 2);
     let t = take(Role::Time).unwrap_or_default();
     let (v, v_l) = (take(Role::Speed).unwrap_or_default(), take(Role::LeadSpeed));
     let relative = || take(Role::RelativeSpeed).unwrap_or_default();
@@ -226,19 +178,20 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, follower: &str, r
         v: v_l,
         x: x_l,
         length: len_l,
-        gap: take(Role::Lead2Gap).map(positive),
+        gap: lead2_gap,
+        a: take(Role::LeadAcceleration),
         ..Car::new(1, Some("preceding vehicle"))
     });
     cars.push(Car {
         v,
         x,
-        gap: gap.map(positive),
+        gap,
         a: take(Role::Acceleration),
         sin_grade: take(Role::SinGrade),
-        faults: faults(table, rows),
+        faults,
         ..Car::new(2, Some(follower))
     });
-    notes.extend(table.drivers(rows, 2));
+    notes.extend(table.drivers(rows, 0, 2));
     let lines = rows.iter().map(|&row| table.lines[row]).collect();
     (Platoon { id, t, lines, cars, notes }, pair)
 }

@@ -6,9 +6,9 @@ use super::plausible::{self, Pair};
 use super::role::Role;
 use super::rows::Table;
 use crate::trajectory::error::{Problem, ProblemKind};
+use crate::trajectory::import::median;
+use crate::trajectory::import::number::REVERSE_LIMIT;
 use crate::trajectory::import::problems::{Problems, Stop};
-use crate::trajectory::import::table::REVERSE_LIMIT;
-use crate::trajectory::import::{median, note_end};
 use crate::trajectory::{Car, Note, Platoon};
 
 /// One platoon per group, in the order of the file.
@@ -17,10 +17,9 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
         let found = table.cars().len();
         return Err(problems.stop(table.header_line.max(1), None, ProblemKind::FewCars { found }));
     }
-    let (groups, repeated) = by_group(table, problems)?;
     let mut platoons = Vec::new();
     let mut pairs = Vec::new();
-    for Group { id, rows, again, .. } in groups.into_iter().filter(|group| group.rows.len() > 1) {
+    for Group { id, rows, again, .. } in by_group(table).into_iter().filter(|group| group.rows.len() > 1) {
         let mut platoon = platoon(table, map, id, &rows, &mut pairs);
         platoon.notes.extend(again);
         platoons.push(platoon);
@@ -37,9 +36,7 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
         plausible::pairs(table, &pairs, problems);
         problems.check()?;
     }
-    first.notes.extend(repeated.note());
-    first.notes.extend(table.notes.iter().cloned());
-    note_end(table.terminated, &table.lines, &mut first.notes);
+    table.note(first);
     Ok(platoons)
 }
 
@@ -86,11 +83,12 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], p
                 });
                 Some(headway.iter().map(|headway| headway - length).collect())
             });
-            let samples = gap.iter().flatten().filter(|&&gap| gap <= 0.0).count();
-            if samples > 0 {
-                notes.push(Note::NoGap { car: number, signal: format!("gap of car {number}"), samples });
+            if let Some(gap) = gap {
+                let gap = table.above_0(gap, rows, (Role::Gap, number), number, &format!("gap of car {number}"));
+                notes.extend(gap.note);
+                car.gap_faults.merge(gap.faults);
+                car.gap = Some(gap.values);
             }
-            car.gap = gap.map(|gap| gap.into_iter().map(|gap| if gap > 0.0 { gap } else { f64::NAN }).collect());
             let fronts = lead.x.as_ref().zip(car.x.as_ref());
             pairs.push(Pair {
                 car: number,
@@ -104,6 +102,9 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], p
             });
         }
         cars.push(car);
+    }
+    for number in numbers {
+        notes.extend(table.drivers(rows, number, number));
     }
     let lines = rows.iter().map(|&row| table.lines[row]).collect();
     Platoon { id, t, lines, cars, notes }

@@ -2,6 +2,8 @@
 
 use super::map::Rows;
 use super::unit::Quantity;
+use crate::trajectory::error::ProblemKind;
+use crate::trajectory::import::number::{GRADE_LIMIT, POSITION_LIMIT, REVERSE_LIMIT, SPACING_LIMIT, SPEED_LIMIT};
 
 /// The role of a column, by its key in a map.
 #[derive(
@@ -39,18 +41,21 @@ pub(super) enum Role {
     RelativeSpeed,
     LeadPosition,
     LeadLength,
+    LeadAcceleration,
     Lead2Speed,
     Lead2Gap,
+    /// A name that completes the cars of a layout.
+    Name,
 }
 
 impl Role {
     /// The measured quantity; `None`: a name.
     pub fn quantity(self) -> Option<Quantity> {
         match self {
-            Role::Id | Role::Ahead | Role::Group | Role::Lane | Role::Driver => None,
+            Role::Id | Role::Ahead | Role::Group | Role::Lane | Role::Driver | Role::Name => None,
             Role::Time => Some(Quantity::Time),
             Role::Speed | Role::LeadSpeed | Role::RelativeSpeed | Role::Lead2Speed => Some(Quantity::Speed),
-            Role::Acceleration => Some(Quantity::Acceleration),
+            Role::Acceleration | Role::LeadAcceleration => Some(Quantity::Acceleration),
             Role::SinGrade => Some(Quantity::Ratio),
             Role::Position
             | Role::Length
@@ -79,9 +84,11 @@ impl Role {
                 | Role::RelativeSpeed
                 | Role::LeadPosition
                 | Role::LeadLength
+                | Role::LeadAcceleration
                 | Role::Lead2Speed
                 | Role::Lead2Gap
                 | Role::SinGrade
+                | Role::Name
         )
     }
 
@@ -91,6 +98,7 @@ impl Role {
             self,
             Role::Time
                 | Role::Group
+                | Role::Driver
                 | Role::Position
                 | Role::Speed
                 | Role::Acceleration
@@ -111,8 +119,36 @@ impl Role {
         matches!(self, Role::Gap | Role::Headway)
     }
 
+    /// True if it is a distance of two vehicles.
+    pub fn is_distance(self) -> bool {
+        self.is_gap() || self == Role::Lead2Gap
+    }
+
+    /// A value that no car on a road has, in SI.
+    pub fn limit(self, column: &str, found: f64) -> Option<ProblemKind> {
+        let column = || column.to_owned();
+        match (self, self.quantity()) {
+            (_, Some(Quantity::Speed)) if found > SPEED_LIMIT => {
+                Some(ProblemKind::SpeedTooHigh { column: column(), limit: SPEED_LIMIT, found })
+            }
+            (_, Some(Quantity::Speed)) if found < REVERSE_LIMIT => {
+                Some(ProblemKind::SpeedNegative { column: column(), limit: REVERSE_LIMIT, found })
+            }
+            _ if self.is_distance() && found > SPACING_LIMIT => {
+                Some(ProblemKind::TooLong { column: column(), limit: SPACING_LIMIT, found })
+            }
+            (Role::Position | Role::LeadPosition, _) if found.abs() > POSITION_LIMIT => {
+                Some(ProblemKind::TooLong { column: column(), limit: POSITION_LIMIT, found })
+            }
+            (Role::SinGrade, _) if found.abs() > GRADE_LIMIT => {
+                Some(ProblemKind::Grade { column: column(), limit: GRADE_LIMIT, found })
+            }
+            _ => None,
+        }
+    }
+
     /// With one row per time of a pair.
     fn in_pairs(self) -> bool {
-        !matches!(self, Role::Id | Role::Ahead | Role::Length)
+        !matches!(self, Role::Id | Role::Ahead | Role::Length | Role::Name)
     }
 }

@@ -1,20 +1,21 @@
-//! The rows of a mapped table: numbers in SI, names unchanged.
+//! The rows of a table: numbers in SI, names unchanged.
 
 use super::clock;
 use super::guess::Guess;
-use super::map::{ColumnMap, Decimal, Separator, whole};
+use super::map::{ColumnMap, Decimal, Rows, Separator, whole};
 use super::role::Role;
+use super::trajectory::{Row, Trajectories};
 use super::unit::{Form, Quantity};
 use super::wanted::{Wanted, wanted};
-use crate::trajectory::Note;
 use crate::trajectory::error::{Faults, Problem, ProblemKind};
 use crate::trajectory::import::driver_modes;
 use crate::trajectory::import::header::{Field, Header, check_names, check_separator, column_of, split_at};
 use crate::trajectory::import::lines::Lines;
+use crate::trajectory::import::number::{SPEED_LIMIT, fingerprint, finite, is_missing, present};
 use crate::trajectory::import::preamble;
 use crate::trajectory::import::problems::{Problems, Stop};
-use crate::trajectory::import::table::{SPEED_LIMIT, fingerprint, finite, is_missing, present};
 use crate::trajectory::steps::PAUSE_S;
+use crate::trajectory::{Note, Platoon};
 use std::collections::{BTreeMap, BTreeSet, HashMap};
 use std::io::Read;
 
@@ -34,22 +35,28 @@ pub(super) struct Table {
     pub lines: Vec<u64>,
     /// By role and, in a table of platoons, number of the car; 0 elsewhere.
     numbers: Vec<((Role, usize), Vec<f64>)>,
-    names: Vec<(Role, Vec<u32>)>,
+    names: Vec<((Role, usize), Vec<u32>)>,
     /// Names by number.
     pub dictionary: Vec<String>,
     /// Key that distinguishes rows of equal times.
     hashes: Vec<u64>,
-    /// Number of the piece that each row belongs to: rows of one group and id whose time continues without a pause. One trajectory
-    /// or vehicle consists of whole pieces.
-    pieces: Vec<u32>,
+    /// Number of the piece that each row belongs to: a trajectory or, in a table of vehicles, rows of one group and id whose time
+    /// continues without a pause.
+    pub pieces: Vec<u32>,
     /// Faults of single values, by piece and signal.
     faults: BTreeMap<(u32, Signal), Faults>,
-    /// Changes while reading: columns and lines that were not read.
+    /// The first distance of each piece that is not above 0, in a layout.
+    not_above: BTreeMap<(u32, Role, usize), Problem>,
+    /// Changes while reading: lines and columns that were not read.
     pub notes: Vec<Note>,
-    /// False if the last row has no line end.
-    pub terminated: bool,
-    /// Unread columns that may distinguish drives, in a table without groups.
-    pub guess: Vec<String>,
+    /// Columns that were not read.
+    ignored: Option<Note>,
+    /// The last line, if it has no end.
+    open_end: Option<u64>,
+    /// Rows of trajectories that repeat another one exactly, and are left out.
+    repeated: Repeated,
+    /// True for a layout, which names columns without their units.
+    is_layout: bool,
     /// Names of each role in this file, in the order of the cars.
     called: Vec<((Role, usize), String)>,
 }
@@ -73,13 +80,51 @@ impl Table {
     }
 
     pub fn names(&self, role: Role) -> Option<&[u32]> {
-        self.names.iter().find(|(r, _)| *r == role).map(|(_, values)| values.as_slice())
+        self.names_of(role, 0)
     }
 
-    /// Who drives car `car` in these rows, and who takes over.
-    pub fn drivers(&self, rows: &[usize], car: usize) -> Vec<Note> {
-        let (Some(names), Some(time)) = (self.names(Role::Driver), self.numbers(Role::Time)) else { return Vec::new() };
+    fn names_of(&self, role: Role, car: usize) -> Option<&[u32]> {
+        self.names.iter().find(|(key, _)| *key == (role, car)).map(|(_, values)| values.as_slice())
+    }
+
+    /// The name that completes the cars of a layout, by its place there.
+    pub fn name(&self, place: usize, row: usize) -> &str {
+        self.names_of(Role::Name, place).map_or("", |names| &self.dictionary[names[row] as usize])
+    }
+
+    /// Who drives car `car` in these rows by the column of car `column`, and who takes over.
+    pub fn drivers(&self, rows: &[usize], column: usize, car: usize) -> Vec<Note> {
+        let names = self.names_of(Role::Driver, column);
+        let (Some(names), Some(time)) = (names, self.numbers(Role::Time)) else { return Vec::new() };
         driver_modes(car, rows.iter().map(|&row| (time[row], self.dictionary[names[row] as usize].as_str())))
+    }
+
+    /// Notes and counts distances that are not above 0, as missing values. Where none is above 0, a column of a layout has another sign, or
+    /// another meaning: a fault. `name` is that of the signal without a layout.
+    pub fn above_0(&self, gap: Vec<f64>, rows: &[usize], of: (Role, usize), car: usize, name: &str) -> Gap {
+        let samples = gap.iter().filter(|&&gap| gap <= 0.0).count();
+        let signal = if self.is_layout { self.called_of(of.0, of.1) } else { name.to_owned() };
+        let mut faults = Faults::default();
+        if !gap.iter().any(|&gap| gap > 0.0) {
+            self.not_above.get(&(self.pieces[rows[0]], of.0, of.1)).cloned().into_iter().for_each(|p| faults.add(p));
+        }
+        Gap {
+            values: gap.into_iter().map(|gap| if gap > 0.0 { gap } else { f64::NAN }).collect(),
+            note: (samples > 0).then_some(Note::NoGap { car, signal, samples }),
+            faults,
+        }
+    }
+
+    /// Adds the changes of the whole table to the notes of its first trajectory.
+    pub fn note(&self, first: &mut Platoon) {
+        first.notes.splice(0..0, self.notes.iter().cloned().chain(self.repeated.note()));
+        self.note_rest(&mut first.notes);
+    }
+
+    /// Columns that were not read, and a last line without an end, which may have lost digits.
+    pub fn note_rest(&self, notes: &mut Vec<Note>) {
+        notes.extend(self.ignored.clone());
+        notes.extend(self.open_end.map(|line| Note::OpenEnd { line }));
     }
 
     /// Group and id of a row, 0 without such a column.
@@ -114,11 +159,6 @@ impl Table {
         problems.check()
     }
 
-    /// True if one row repeats another one exactly.
-    pub fn is_repeated(&self, row: usize, other: usize) -> bool {
-        self.hashes[row] == self.hashes[other]
-    }
-
     /// Removes and counts rows that repeat another one exactly. For others with the same time `differ` receives the line of the first and
     /// of the second, and the time.
     pub fn take_once(&self, rows: &mut Vec<usize>, repeated: &mut Repeated, mut differ: impl FnMut(u64, u64, f64)) {
@@ -149,15 +189,22 @@ impl Table {
     }
 }
 
+/// Distances of the vehicle ahead.
+pub(super) struct Gap {
+    pub values: Vec<f64>,
+    pub note: Option<Note>,
+    pub faults: Faults,
+}
+
 /// Rows that occur more than once in a table.
-#[derive(Default)]
+#[derive(Debug, Clone, Default)]
 pub(super) struct Repeated {
     rows: usize,
     first: u64,
 }
 
 impl Repeated {
-    fn add(&mut self, line: u64) {
+    pub fn add(&mut self, line: u64) {
         self.first = if self.rows == 0 { line } else { self.first.min(line) };
         self.rows += 1;
     }
@@ -168,7 +215,7 @@ impl Repeated {
 }
 
 /// The header, and the separator of the fields below it.
-fn header<R: Read>(
+pub(super) fn header<R: Read>(
     lines: &mut Lines<R>,
     map: &ColumnMap,
     problems: &mut Problems,
@@ -218,37 +265,60 @@ fn header<R: Read>(
     Ok((Header::of(&first, line, &fields, problems)?, map.separator))
 }
 
-/// Skips the row of units behind a header, if there is one, or the map announces one.
+/// Skips the row of units behind a header, if there is one, or the map announces one. In a layout they must be the units of the columns.
 fn units_row<R: Read>(
     lines: &mut Lines<R>,
     map: &ColumnMap,
-    separator: Separator,
+    below: &Below,
     problems: &mut Problems,
-    notes: &mut Vec<Note>,
-) -> Result<(), Stop> {
+) -> Result<Option<Note>, Stop> {
     let Some(line) = lines.next(problems)?.map(str::to_owned) else {
-        return Ok(());
+        return Ok(None);
     };
     let mut fields = Vec::new();
-    split_by(&line, separator, &mut fields);
-    if map.units_row || preamble::is_units(&fields) {
-        let what = format!("units, {}", line.trim());
-        notes.push(Note::LinesSkipped { line: lines.number(), lines: 1, what });
-    } else {
+    split_by(&line, below.separator, &mut fields);
+    if !map.units_row && !preamble::is_units(&fields) {
         lines.unread();
+        return Ok(None);
     }
-    Ok(())
+    for column in below.wanted.iter().filter(|_| map.layout.is_some()) {
+        let Some(field) = fields.get(column.place).filter(|field| !field.text.is_empty()) else { continue };
+        let expected = column.role.quantity().map_or(&[][..], Quantity::written);
+        if !expected.is_empty() && !expected.contains(&preamble::bare(field.text).as_str()) {
+            let (column, found) = (below.header.names[column.place].clone(), field.text.to_owned());
+            let kind = ProblemKind::OtherUnit { column, expected: expected[0], found };
+            problems.add(lines.number(), Some(column_of(&line, field.start)), kind);
+        }
+    }
+    problems.check()?;
+    let what = format!("units, {}", line.trim());
+    Ok(Some(Note::LinesSkipped { line: lines.number(), lines: 1, what }))
 }
 
-/// Reads all rows; problems are collected.
-pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mut Problems) -> Result<Table, Stop> {
-    let mut notes = Vec::new();
-    let (header, separator) = header(lines, map, problems, &mut notes)?;
-    let wanted = wanted(&header, map, problems);
+/// What stands below a header.
+struct Below {
+    header: Header,
+    separator: Separator,
+    wanted: Vec<Wanted>,
+}
+
+/// Reads all rows below a header; problems are collected. `notes` say what was skipped before.
+pub(super) fn read<R: Read>(
+    lines: &mut Lines<R>,
+    (header, separator): (Header, Separator),
+    map: &ColumnMap,
+    mut notes: Vec<Note>,
+    problems: &mut Problems,
+) -> Result<Table, Stop> {
+    let (wanted, unknown) = wanted(&header, map, problems);
     problems.check()?;
-    if header.line > 0 {
-        units_row(lines, map, separator, problems, &mut notes)?;
+    let below = Below { header, separator, wanted };
+    if below.header.line > 0 {
+        notes.extend(units_row(lines, map, &below, problems)?);
     }
+    let Below { header, wanted, .. } = &below;
+    let unread: Vec<(usize, String)> = unknown.iter().map(|&place| (place, header.names[place].clone())).collect();
+    let columns: Vec<String> = unread.iter().map(|(_, name)| name.clone()).collect();
     let mut table = Table {
         header_line: header.line,
         lines: Vec::new(),
@@ -258,33 +328,32 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
         hashes: Vec::new(),
         pieces: Vec::new(),
         faults: BTreeMap::new(),
+        not_above: BTreeMap::new(),
         notes,
-        terminated: true,
-        guess: Vec::new(),
+        ignored: (!columns.is_empty()).then_some(Note::IgnoredColumns { columns }),
+        open_end: None,
+        repeated: Repeated::default(),
+        is_layout: map.layout.is_some(),
         called: Vec::new(),
     };
     lines.keep(wanted.len());
-    for column in &wanted {
+    for column in wanted {
         match column.role.quantity() {
             Some(_) => table.numbers.push(((column.role, column.car), Vec::new())),
-            None => table.names.push((column.role, Vec::new())),
+            None => table.names.push(((column.role, column.car), Vec::new())),
         }
         let name = &header.names[column.place];
-        let unit = if column.unit.is_empty() { String::new() } else { format!(" ({})", column.unit) };
+        let is_bare = table.is_layout || column.unit.is_empty();
+        let unit = if is_bare { String::new() } else { format!(" ({})", column.unit) };
         table.called.push(((column.role, column.car), format!("{name}{unit}")));
     }
-    let is_read = |place: usize| wanted.iter().any(|column| column.place == place);
-    let unread = header.names.iter().enumerate().filter(|(place, name)| !is_read(*place) && !name.is_empty());
-    let unread: Vec<(usize, String)> = unread.map(|(place, name)| (place, name.clone())).collect();
-    let columns: Vec<String> = unread.iter().map(|(_, name)| name.clone()).collect();
-    let has_group = wanted.iter().any(|column| column.role == Role::Group);
-    let mut guess = Guess::among(if has_group { Vec::new() } else { unread });
-    if !columns.is_empty() {
-        table.notes.push(Note::IgnoredColumns { columns });
-    }
-
+    let time = wanted.iter().find(|column| column.role == Role::Time).expect("a map without it is refused");
+    let group = wanted.iter().find(|column| column.role == Role::Group);
+    let is_certain = group.is_some() || table.is_layout;
+    let mut guess = Guess::among(if is_certain { Vec::new() } else { unread });
     let mut numbers: HashMap<String, u32> = HashMap::new();
     let mut before = None;
+    let mut trajectories = Trajectories::new(table.called(Role::Time), group.is_some(), is_certain);
     // Time of the last row of each group and id, and its piece.
     let mut latest: HashMap<(u32, u32), (f64, u32)> = HashMap::new();
     let mut pieces = 0;
@@ -294,7 +363,7 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
         if fields.iter().all(|field| field.text.is_empty()) {
             continue;
         }
-        table.terminated = lines.terminated;
+        table.open_end = (!lines.terminated).then_some(lines.number());
         let expected = header.names.len();
         header.check_row(&fields, lines.number(), problems)?;
         let surplus = fields.iter().skip(expected).any(|field| !field.text.is_empty());
@@ -303,11 +372,34 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
             problems.add(lines.number(), Some(1), kind);
             continue;
         }
+        let at = |column: &Wanted| Some(column_of(&line, fields[column.place].start));
+        let hash = fingerprint(&line);
+        let mut now = value(fields[time.place].text, &header.names[time.place], time, map).unwrap_or_else(|kind| {
+            problems.add(lines.number(), at(time), kind);
+            f64::NAN
+        });
+        if time.form == Form::Clock && now.is_finite() {
+            now = clock::going_on(now, before);
+            before = Some(now);
+        }
+        guess.take(now, |place| fields[place].text);
+        let mut piece = 0;
+        if map.rows != Rows::Vehicles {
+            let row = Row { time: now, line: lines.number(), column: at(time), hash };
+            let group = group.map_or("", |group| whole(fields[group.place].text));
+            match trajectories.add(row, group, || guess.names().is_empty(), problems)? {
+                Some(found) => piece = found,
+                None => {
+                    table.repeated.add(lines.number());
+                    continue;
+                }
+            }
+        }
         table.lines.push(lines.number());
-        table.hashes.push(fingerprint(&line));
+        table.hashes.push(hash);
         let mut faulty = Vec::new();
         let (mut number, mut name) = (0, 0);
-        for column in &wanted {
+        for column in wanted {
             let field = fields[column.place];
             if column.role.quantity().is_none() {
                 let nobody = column.role == Role::Ahead && is_word_for_missing(field.text, map);
@@ -323,37 +415,41 @@ pub(super) fn read<R: Read>(lines: &mut Lines<R>, map: &ColumnMap, problems: &mu
                 name += 1;
                 continue;
             }
-            let mut value = value(field.text, &header.names[column.place], column, map).unwrap_or_else(|kind| {
-                let problem = Problem { line: lines.number(), column: Some(column_of(&line, field.start)), kind };
-                if column.role == Role::Time {
-                    problems.add(problem.line, problem.column, problem.kind);
-                } else {
-                    faulty.push((Signal { car: column.car, is_gap: column.role.is_gap() }, problem));
-                }
+            let found = match column.role {
+                Role::Time => Ok(now),
+                _ => value(field.text, &header.names[column.place], column, map),
+            };
+            let found = found.unwrap_or_else(|kind| {
+                let problem = Problem { line: lines.number(), column: at(column), kind };
+                faulty.push((Signal { car: column.car, is_gap: column.role.is_gap() }, problem));
                 f64::NAN
             });
-            if column.form == Form::Clock && value.is_finite() {
-                value = clock::going_on(value, before);
-                before = Some(value);
+            if table.is_layout && column.role.is_distance() && found <= 0.0 {
+                let key = (piece, column.role, column.car);
+                table.not_above.entry(key).or_insert_with(|| Problem {
+                    line: lines.number(),
+                    column: at(column),
+                    kind: ProblemKind::Spacing { column: header.names[column.place].clone(), found },
+                });
             }
-            table.numbers[number].1.push(value);
+            table.numbers[number].1.push(found);
             number += 1;
         }
-        let row = table.lines.len() - 1;
-        let time = table.numbers(Role::Time).map_or(f64::NAN, |time| time[row]);
-        guess.take(time, |place| fields[place].text);
-        let (last, piece) = latest.entry(table.key(row)).or_insert((f64::NAN, 0));
-        if !(0.0..=PAUSE_S).contains(&(time - *last)) {
-            *piece = pieces;
-            pieces += 1;
+        if map.rows == Rows::Vehicles {
+            let (last, its) = latest.entry(table.key(table.lines.len() - 1)).or_insert((f64::NAN, 0));
+            if !(0.0..=PAUSE_S).contains(&(now - *last)) {
+                *its = pieces;
+                pieces += 1;
+            }
+            *last = now;
+            piece = *its;
         }
-        *last = time;
-        table.pieces.push(*piece);
+        table.pieces.push(piece);
         for (signal, problem) in faulty {
-            table.faults.entry((*piece, signal)).or_default().add(problem);
+            table.faults.entry((piece, signal)).or_default().add(problem);
         }
     }
-    table.guess = guess.names().into_iter().map(str::to_owned).collect();
+    trajectories.finish(guess.names(), problems)?;
     if problems.check().is_err() {
         table.refuse(problems)?;
     }
@@ -394,7 +490,9 @@ fn value(text: &str, name: &str, column: &Wanted, map: &ColumnMap) -> Result<f64
                 ProblemKind::DecimalComma { column, found, mapped: map.separator != Separator::Comma }
             }
             // A clock is not a number.
-            ProblemKind::NotANumber { column, found, .. } if *role == Role::Time && is_time(&found) => {
+            ProblemKind::NotANumber { column, found, .. }
+                if *role == Role::Time && map.layout.is_none() && is_time(&found) =>
+            {
                 ProblemKind::TimeUnit { column, found }
             }
             kind => kind,
@@ -406,6 +504,9 @@ fn value(text: &str, name: &str, column: &Wanted, map: &ColumnMap) -> Result<f64
         Decimal::Comma => read(&text.replace(',', "."))?,
     };
     let si = if *form == Form::Days { clock::of_days(written) } else { written * factor };
+    if map.layout.is_some() {
+        return role.limit(name, si).map_or(Ok(si), Err);
+    }
     if role.quantity() == Some(Quantity::Speed) && si.abs() > SPEED_LIMIT {
         return Err(ProblemKind::MappedSpeed {
             column: name.to_owned(),

@@ -41,6 +41,25 @@ pub(super) struct Text {
     pub lead_length: Option<f64>,
     pub lap_length: Option<f64>,
     pub columns: BTreeMap<Spanned<String>, Spanned<Entry>>,
+    pub layout: Option<Fixed>,
+}
+
+/// A layout with fixed names and SI units: a misspelt name and a value that no car has are refused, and cars keep the numbers of the file.
+#[derive(Debug, Clone, PartialEq, Deserialize)]
+#[serde(deny_unknown_fields)]
+pub(super) struct Fixed {
+    /// Remedy if columns are missing.
+    #[serde(default)]
+    pub hint: String,
+    /// Columns that belong to the layout and are not read.
+    #[serde(default)]
+    pub unread: Vec<String>,
+    /// Columns of names that complete its cars.
+    #[serde(default)]
+    pub names: Vec<String>,
+    /// Cars count from 1 without a break, and each has all columns.
+    #[serde(default)]
+    pub every_car: bool,
 }
 
 /// A table without a header line.

@@ -38,6 +38,16 @@ impl Quantity {
         self.units()[0].0
     }
 
+    /// Its default unit as people write it behind a header; nothing if they write many.
+    pub fn written(self) -> &'static [&'static str] {
+        match self {
+            Quantity::Time => &["s", "sec", "secs", "second", "seconds"],
+            Quantity::Speed => &["m/s", "mps", "m/sec", "m s-1", "ms-1"],
+            Quantity::Length => &["m", "meter", "meters", "metre", "metres"],
+            Quantity::Acceleration | Quantity::Ratio => &[],
+        }
+    }
+
     /// Names of the units of this quantity with their size in SI; a frame has the size that the frame rate gives it.
     pub fn units(self) -> &'static [(&'static str, f64)] {
         match self {

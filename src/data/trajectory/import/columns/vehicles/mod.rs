@@ -9,7 +9,6 @@ use super::role::Role;
 use super::rows::Table;
 use super::vehicle_name;
 use crate::trajectory::error::ProblemKind;
-use crate::trajectory::import::note_end;
 use crate::trajectory::import::problems::{Problems, Stop};
 use crate::trajectory::prepare::SEGMENT_MIN_S;
 use crate::trajectory::{Car, Note, Platoon};
@@ -72,11 +71,11 @@ pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) 
         .collect();
     let first = &mut platoons[0];
     first.notes.extend(table.notes.iter().cloned());
+    table.note_rest(&mut first.notes);
     first.notes.extend(long.notes.iter().cloned());
     if short > 0 {
         first.notes.push(Note::ShortPairs { pairs: short, needed_s: SEGMENT_MIN_S });
     }
-    note_end(table.terminated, &table.lines, &mut first.notes);
     Ok(platoons)
 }
 
@@ -280,7 +279,7 @@ impl<'a> Long<'a> {
             id += &format!(".{count}");
         }
         let own: Vec<usize> = stretch.rows.iter().map(|rows| rows.0).collect();
-        notes.extend(self.table.drivers(&own, 2));
+        notes.extend(self.table.drivers(&own, 0, 2));
         Platoon {
             id: Some(id),
             t: stretch.rows.iter().map(|rows| self.time[rows.0]).collect(),

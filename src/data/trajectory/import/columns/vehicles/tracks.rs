@@ -6,8 +6,8 @@ use super::super::rows::{Repeated, Table};
 use crate::trajectory::Note;
 use crate::trajectory::error::{Faults, Problem, ProblemKind};
 use crate::trajectory::import::median;
+use crate::trajectory::import::number::REVERSE_LIMIT;
 use crate::trajectory::import::problems::{Problems, Stop};
-use crate::trajectory::import::table::REVERSE_LIMIT;
 use crate::trajectory::steps::longest_step;
 use std::collections::HashMap;
 

@@ -1,8 +1,13 @@
 //! Goodness of fit: distance of a simulated follower from the measured one (paper, Section 4.1; Punzo et al., 2021).
 
+mod measure;
+
+pub use measure::{MEASURES, Measure, SignalMeasures};
+
 use crate::text::spelling::did_you_mean;
 use std::fmt;
 use std::str::FromStr;
+use std::sync::LazyLock;
 
 /// A measure of performance: a signal that is compared.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -18,21 +23,6 @@ pub enum Signal {
 /// Measured magnitudes below this (m, m/s, m/s²) have no relative error: the authors' program replaces such speeds by this value, and the
 /// paper's convention leaves such samples out of RMSPE.
 pub const STANDSTILL: f64 = 0.001;
-
-/// The measures of one signal.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct SignalMeasures {
-    /// Root mean square error, in the signal's unit.
-    pub rmse: f64,
-    /// RMSE over the root mean square of the measured signal (Eq. 18).
-    pub nrmse: f64,
-    /// Root mean square of the relative error; NaN if no measured sample is above [`STANDSTILL`].
-    pub rmspe: f64,
-    /// Theil's inequality coefficient.
-    pub u: f64,
-    /// RMSE over the range (largest minus smallest) of the measured signal.
-    pub rmse_n: f64,
-}
 
 /// Sums of a run for one signal, over the scored samples.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
@@ -101,16 +91,31 @@ impl Measured {
         (self.measured2 / self.count).sqrt()
     }
 
+    /// Largest minus smallest denominator.
+    fn range(&self) -> f64 {
+        self.highest - self.lowest
+    }
+
     /// The measures of a run with these sums.
     #[must_use]
     pub fn measures(&self, sums: &Sums) -> SignalMeasures {
-        let rmse = (sums.error2 / self.count).sqrt();
-        SignalMeasures {
-            rmse,
-            nrmse: rmse / self.rms(),
-            rmspe: (sums.relative2 / self.relative_count).sqrt(),
-            u: rmse / ((sums.simulated2 / self.count).sqrt() + self.rms()),
-            rmse_n: (sums.error2_floored / self.count).sqrt() / (self.highest - self.lowest),
+        SignalMeasures::by(|measure| {
+            let (count, sum) = ((measure.count)(self), sums.of(measure.sums));
+            let below = match measure.sums {
+                Accumulation::Theil => (sums.simulated2 / count).sqrt() + self.rms(),
+                _ => (measure.magnitude)(self),
+            };
+            (sum / count).sqrt() / below
+        })
+    }
+}
+
+impl Sums {
+    fn of(&self, kind: Accumulation) -> f64 {
+        match kind {
+            Accumulation::Squared | Accumulation::Theil => self.error2,
+            Accumulation::Relative => self.relative2,
+            Accumulation::Floored => self.error2_floored,
         }
     }
 }
@@ -126,16 +131,14 @@ impl SignalMeasures {
         assert!(!measured.is_empty() && simulated.len() == measured.len(), "signals of one length, not empty");
         let mut sums = Sums::default();
         for (&sim, &obs) in simulated.iter().zip(measured) {
-            let denominator = denominator(obs, floored);
-            let error = sim - obs;
-            sums.error2 += error * error;
-            let error_floored = sim - denominator;
-            sums.error2_floored += error_floored * error_floored;
+            let square = |kind: Accumulation| {
+                let term = kind.term(sim, obs, floored);
+                term * term
+            };
+            sums.error2 += square(Accumulation::Squared);
+            sums.error2_floored += square(Accumulation::Floored);
             sums.simulated2 += sim * sim;
-            if is_relative(obs, floored) {
-                let relative = error / denominator;
-                sums.relative2 += relative * relative;
-            }
+            sums.relative2 += square(Accumulation::Relative);
         }
         Measured::of(measured, floored).measures(&sums)
     }
@@ -170,40 +173,16 @@ impl Measures {
     /// The values of [`Measures::NAMES`], in that order.
     #[must_use]
     pub fn values(&self) -> [f64; 17] {
-        let [s, v, a] = &self.0;
-        [
-            s.rmse,
-            v.rmse,
-            a.rmse,
-            s.rmspe,
-            v.rmspe,
-            s.nrmse,
-            v.nrmse,
-            a.nrmse,
-            s.nrmse + v.nrmse,
-            s.nrmse + v.nrmse + a.nrmse,
-            s.u,
-            v.u,
-            a.u,
-            s.u + v.u,
-            s.u + v.u + a.u,
-            s.rmse_n + v.rmse_n,
-            s.rmse_n + v.rmse_n + a.rmse_n,
-        ]
+        static TABLE: LazyLock<[GoodnessOfFit; 17]> =
+            LazyLock::new(|| Measures::NAMES.map(|name| name.parse().expect("a goodness of fit")));
+        TABLE.map(|gof| gof.of(self))
     }
 
     /// The mean of several, as a joint calibration minimises it; `None` without any.
     #[must_use]
     pub fn mean(several: &[Measures]) -> Option<Measures> {
-        let count = several.len() as f64;
-        let mean = |of: &dyn Fn(&Measures) -> f64| several.iter().map(of).sum::<f64>() / count;
-        let signal = |i: usize| SignalMeasures {
-            rmse: mean(&|m| m.0[i].rmse),
-            nrmse: mean(&|m| m.0[i].nrmse),
-            rmspe: mean(&|m| m.0[i].rmspe),
-            u: mean(&|m| m.0[i].u),
-            rmse_n: mean(&|m| m.0[i].rmse_n),
-        };
+        let mean = |of: &dyn Fn(&Measures) -> f64| several.iter().map(of).sum::<f64>() / several.len() as f64;
+        let signal = |i: usize| SignalMeasures::by(|measure| mean(&|m| (measure.value)(&m.0[i])));
         (!several.is_empty()).then(|| Measures([signal(0), signal(1), signal(2)]))
     }
 
@@ -214,23 +193,13 @@ impl Measures {
     }
 }
 
-/// The family of a goodness-of-fit function.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-enum Kind {
-    Rmse,
-    Nrmse,
-    Rmspe,
-    TheilU,
-    RmseN,
-}
-
 /// Objective of a calibration: a weighted sum of one measure over spacing, speed and acceleration.
 ///
 /// Written as `nrmse-sva`, `rmse-s`, `u-sv`, `rmspe-v`, `rmse-sn-vn`, ... (`_` and `-` are the same);
 /// weights other than 1 follow a colon, one per signal named: `nrmse-sva:1,1,0.5`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GoodnessOfFit {
-    kind: Kind,
+    measure: &'static Measure,
     /// Weights of spacing, speed, acceleration; 0 for a signal that is not compared (β_0, β_1, β_2 of Eq. 18).
     weights: [f64; 3],
 }
@@ -246,6 +215,31 @@ pub enum Accumulation {
     Theil,
     /// Σ (simulated - denominator)².
     Floored,
+}
+
+impl Accumulation {
+    /// What is squared and summed of a sample.
+    #[must_use]
+    pub fn term(self, simulated: f64, observed: f64, floored: bool) -> f64 {
+        match self {
+            Accumulation::Squared | Accumulation::Theil => simulated - observed,
+            Accumulation::Floored => simulated - denominator(observed, floored),
+            Accumulation::Relative if is_relative(observed, floored) => {
+                (simulated - observed) / denominator(observed, floored)
+            }
+            Accumulation::Relative => 0.0,
+        }
+    }
+
+    /// Derivative of [`Accumulation::term`] by the simulated value.
+    #[must_use]
+    pub fn slope(self, observed: f64, floored: bool) -> f64 {
+        match self {
+            Accumulation::Squared | Accumulation::Theil | Accumulation::Floored => 1.0,
+            Accumulation::Relative if is_relative(observed, floored) => 1.0 / denominator(observed, floored),
+            Accumulation::Relative => 0.0,
+        }
+    }
 }
 
 /// Coefficients of a goodness of fit in the sums of a run, one entry per signal: Σ_i `weight` √(sum `per_count`), each term divided by √(Σ
@@ -264,12 +258,7 @@ impl GoodnessOfFit {
     /// Terms to sum.
     #[must_use]
     pub fn accumulation(&self) -> Accumulation {
-        match self.kind {
-            Kind::Rmse | Kind::Nrmse => Accumulation::Squared,
-            Kind::Rmspe => Accumulation::Relative,
-            Kind::TheilU => Accumulation::Theil,
-            Kind::RmseN => Accumulation::Floored,
-        }
+        self.measure.sums
     }
 
     /// The formula of the value in the sums, given the measured spacing, speed and acceleration.
@@ -278,34 +267,21 @@ impl GoodnessOfFit {
         // 1 and not 0 for a signal that is not compared, to avoid a division of 0 by 0.
         let mut norm = Norm { per_count: [0.0; 3], weight: [0.0; 3], rms_measured: [1.0; 3] };
         for (i, m) in measured.iter().enumerate().filter(|(i, _)| self.weights[*i] != 0.0) {
-            let (count, magnitude) = match self.kind {
-                Kind::Rmse | Kind::TheilU => (m.count, 1.0),
-                Kind::Nrmse => (m.count, m.rms()),
-                Kind::Rmspe => (m.relative_count, 1.0),
-                Kind::RmseN => (m.count, m.highest - m.lowest),
-            };
-            norm.per_count[i] = 1.0 / count;
-            norm.weight[i] = self.weights[i] / magnitude;
+            norm.per_count[i] = 1.0 / (self.measure.count)(m);
+            norm.weight[i] = self.weights[i] / (self.measure.magnitude)(m);
             norm.rms_measured[i] = m.rms();
         }
         norm
     }
 
     /// NRMSE(s,v,a) with unit weights, the objective of the paper.
-    pub const NRMSE_SVA: GoodnessOfFit = GoodnessOfFit { kind: Kind::Nrmse, weights: [1.0, 1.0, 1.0] };
+    pub const NRMSE_SVA: GoodnessOfFit = GoodnessOfFit { measure: measure::NRMSE, weights: [1.0, 1.0, 1.0] };
 
     /// Its value.
     #[must_use]
     pub fn of(&self, measures: &Measures) -> f64 {
-        let value = |m: &SignalMeasures| match self.kind {
-            Kind::Rmse => m.rmse,
-            Kind::Nrmse => m.nrmse,
-            Kind::Rmspe => m.rmspe,
-            Kind::TheilU => m.u,
-            Kind::RmseN => m.rmse_n,
-        };
         let weighted = self.weights.iter().zip(&measures.0).filter(|(w, _)| **w != 0.0);
-        weighted.map(|(w, m)| w * value(m)).sum()
+        weighted.map(|(w, m)| w * (self.measure.value)(m)).sum()
     }
 }
 
@@ -318,13 +294,28 @@ impl Default for GoodnessOfFit {
 /// A goodness of fit that cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
-    "goodness of fit `{found}`: expected KIND-SIGNALS[:WEIGHTS] with KIND one of rmse, nrmse, rmspe, u, SIGNALS some of \
-     s, v, a in this order, and one weight above 0 per signal, such as nrmse-sva or nrmse-sva:1,1,0.5; \
-     or rmse-sn-vn, rmse-sn-vn-an{near}"
+    "goodness of fit `{found}`: expected KIND-SIGNALS[:WEIGHTS] with KIND one of {}, SIGNALS some of s, v, a in this order, and \
+     one weight above 0 per signal, such as nrmse-sva or nrmse-sva:1,1,0.5; or {}{near}",
+    kinds().join(", "),
+    names().filter(|(measure, ..)| !measure.mark.is_empty()).map(|(.., name)| name).collect::<Vec<_>>().join(", ")
 )]
 pub struct UnknownGoodnessOfFit {
     found: String,
     near: String,
+}
+
+/// Every goodness of fit with unit weights: its measure, its signals and its name.
+pub fn names() -> impl Iterator<Item = (&'static Measure, &'static str, String)> {
+    let of = |measure: &&'static Measure| {
+        let measure = *measure;
+        measure.signals.iter().map(move |signals| (measure, *signals, measure.of(signals)))
+    };
+    MEASURES.iter().flat_map(of)
+}
+
+/// The names that signals may follow.
+fn kinds() -> Vec<&'static str> {
+    MEASURES.iter().filter(|measure| measure.mark.is_empty()).map(|measure| measure.name).collect()
 }
 
 impl FromStr for GoodnessOfFit {
@@ -341,22 +332,9 @@ impl FromStr for GoodnessOfFit {
             Some((name, weights)) => (name, Some(weights)),
             None => (normal.as_str(), None),
         };
-        let (kind, signals) = match name {
-            "rmse-sn-vn" => (Kind::RmseN, "sv"),
-            "rmse-sn-vn-an" => (Kind::RmseN, "sva"),
-            _ => match name.split_once('-').ok_or_else(error)? {
-                ("rmse", signals) => (Kind::Rmse, signals),
-                ("nrmse", signals) => (Kind::Nrmse, signals),
-                ("rmspe", signals) => (Kind::Rmspe, signals),
-                ("u", signals) => (Kind::TheilU, signals),
-                _ => return Err(error()),
-            },
-        };
-        if !["s", "v", "a", "sv", "sa", "va", "sva"].contains(&signals) {
-            return Err(error());
-        }
+        let (measure, signals, _) = names().find(|(.., known)| known == name).ok_or_else(error)?;
         let mut given = weights.map(|w| w.split(','));
-        let mut gof = GoodnessOfFit { kind, weights: [0.0; 3] };
+        let mut gof = GoodnessOfFit { measure, weights: [0.0; 3] };
         for signal in signals.chars() {
             let weight = match &mut given {
                 None => 1.0,
@@ -365,7 +343,7 @@ impl FromStr for GoodnessOfFit {
                     weight.filter(|w| w.is_finite() && *w > 0.0).ok_or_else(error)?
                 }
             };
-            let position = "sva".find(signal).expect("checked above");
+            let position = "sva".find(signal).expect("the signals of a measure");
             gof.weights[position] = weight;
         }
         if given.is_some_and(|mut rest| rest.next().is_some()) {
@@ -379,14 +357,7 @@ impl fmt::Display for GoodnessOfFit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let used: Vec<(char, f64)> = "sva".chars().zip(self.weights).filter(|(_, w)| *w != 0.0).collect();
         let signals: String = used.iter().map(|(c, _)| *c).collect();
-        match self.kind {
-            Kind::Rmse => write!(f, "rmse-{signals}")?,
-            Kind::Nrmse => write!(f, "nrmse-{signals}")?,
-            Kind::Rmspe => write!(f, "rmspe-{signals}")?,
-            Kind::TheilU => write!(f, "u-{signals}")?,
-            Kind::RmseN if signals == "sv" => write!(f, "rmse-sn-vn")?,
-            Kind::RmseN => write!(f, "rmse-sn-vn-an")?,
-        }
+        f.write_str(&self.measure.of(&signals))?;
         if used.iter().any(|(_, w)| *w != 1.0) {
             let weights: Vec<String> = used.iter().map(|(_, w)| w.to_string()).collect();
             write!(f, ":{}", weights.join(","))?;
