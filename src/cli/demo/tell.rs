@@ -204,7 +204,7 @@ mod tests {
         let cases: [(&str, &[&str], &str, &str); 10] = [
             ("nothing", &[], "none", "right: "),
             ("named", &["grade"], "none", "wrong: no effect"),
-            ("unexplained", &[], "none", "not named"),
+            ("unexplained", &[], "none", "no name"),
             ("named", &["grade"], "grade:gg=0.4", "right, within"),
             ("named", &["grade"], "grade:gg=0.6", "right, but outside"),
             ("named", &["const_decel"], "grade", "another name"),
