@@ -296,7 +296,8 @@ fn notes(answer: &Answer) -> Vec<String> {
     };
     let failures = fit.judged.as_ref().map_or(0, |judged| collisions(&judged.held));
     if failures > 0 {
-        notes.push(format!("it collides with the car ahead on {failures} unseen drives"));
+        let s = if failures == 1 { "" } else { "s" };
+        notes.push(format!("it collides with the car ahead on {failures} unseen drive{s}"));
     }
     if let Some(best) = answer.laws.first().filter(|law| law.gain >= LEAST_GAIN) {
         notes.push(format!("{} has {:.0} % less error on unseen drives", best.name, 100.0 * best.gain));

@@ -39,6 +39,10 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -
 
 /// The errors of the base model, and their breakdown.
 fn wrong(page: &mut Page, outcome: &Outcome, charts: Vec<Chart>) {
+    // A fleet has no simulation of each drive.
+    if outcome.fleet.is_some() {
+        return;
+    }
     page.section("wrong", "What is wrong, and where?");
     page.paragraph("Measured car, base model and extended model, each simulated freely behind the measured car ahead.");
     outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
