@@ -116,3 +116,13 @@ def test_a_diagnosis(folder: Path, tmp_path: Path) -> None:
     assert findings.verdict == json.loads(out)["verdict"]
     page = findings.report(tmp_path / "page.html")
     assert page.read_text().startswith("<!doctype html>")
+
+
+def test_a_diagnosis_of_a_fleet() -> None:
+    drives = [ll.synthetic(seed, 40) for seed in range(12)]
+    findings = ll.diagnose_all(drives, base="l-cth", effort="quick", progress=False)
+    fleet = json.loads(findings.to_json())["fleet"]
+    assert (fleet["drivers"], fleet["drives"], fleet["unusable"]) == (12, 12, [])
+    assert findings.verdict in ("named", "ambiguous", "nothing")
+    few = ll.diagnose_all(drives[:3], base="l-cth", effort="quick", progress=False)
+    assert few.verdict == "not_testable" and "3 drivers" in few.reason

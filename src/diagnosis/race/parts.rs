@@ -23,21 +23,28 @@ pub enum Unit {
 impl Unit {
     /// The unit of a drive.
     fn of(self, drive: &Drive) -> String {
-        let Trajectory { name, id, .. } = &drive.trajectory;
-        let driver = Some(name).filter(|name| !is_nameless(name)).or(id.as_ref());
-        match (self, driver) {
-            (Unit::Driver, Some(driver)) => driver.clone(),
-            _ => drive.recording(),
+        match (self, driver(drive)) {
+            (Unit::Driver, Some(driver)) => driver.to_owned(),
+            // Without an id, each drive has another driver.
+            (Unit::Driver, None) => format!("{} {}", drive.recording(), drive.trajectory.source.sha256),
+            (Unit::Recording, _) => drive.recording(),
         }
     }
 
     /// Its line in reports.
     fn label(self, drive: &Drive) -> String {
         match self {
-            Unit::Recording => drive.file().to_owned(),
-            Unit::Driver => self.of(drive),
+            Unit::Recording => drive.file(),
+            Unit::Driver => driver(drive).unwrap_or(drive.label()),
         }
+        .to_owned()
     }
+}
+
+/// The id of the driver: the name of the car, otherwise that of the trajectory.
+fn driver(drive: &Drive) -> Option<&str> {
+    let Trajectory { name, id, .. } = &drive.trajectory;
+    Some(name).filter(|name| !is_nameless(name)).or(id.as_ref()).map(String::as_str)
 }
 
 /// Drives with their folds.
