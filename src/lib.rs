@@ -1,36 +1,96 @@
 //! leadlag calibrates and validates car-following and adaptive-cruise-control (ACC) models against measured platoon
 //! trajectories.
 //!
-//! It computes the ninety model variants of He, Montanino, Mattas, Punzo and Ciuffo (2022): five base models, each with and without
-//! perception delay, with three kinds of vehicle dynamics and three kinds of acceleration constraint. leadlag simulates a *candidate* (one
-//! parameter vector) behind the measured preceding vehicle and scores the differences of its spacing, speed and acceleration from the
-//! measured ones; a calibration searches for the candidate with the best score.
+//! It has the ninety model variants of He, Montanino, Mattas, Punzo and Ciuffo (2022): five base models, each with and without perception
+//! delay, with three kinds of vehicle dynamics and three kinds of acceleration constraint. leadlag simulates a *candidate* (one parameter
+//! vector) behind the measured preceding vehicle and scores the differences of its spacing, speed and acceleration from the measured ones.
 //!
-//! ```text
-//!  file --import--> Recording --prepare--> Trajectory --Case::new--> Case     (variant, vehicle, convention)
-//!                                                                      |
-//!  optimize --candidates--> Evaluator --scores--> optimize             |      calibrate; Evaluator: reference, lanes or gpu
-//!                                                                      |
-//!  report <-- result.json, simulation.csv, plot.svg <-- identify <-----'
+//! # A tour
 //!
-//!  Trajectory --> diagnose: what a base model lacks, and what that is worth --> report
+//! A [`Drive`] is one measured follower behind its leader: [`read`] reads a file, [`Reading`] sets layout, window and vehicle, and
+//! [`synthetic`] generates a drive to try things without data.
+//!
 //! ```
-//!
-//! # Example
-//!
-//! ```no_run
-//! let drive = leadlag::read("platoon.csv")?.follower(1)?;
-//! let fit = leadlag::Calibration::of("idm+linear")?.seed(1).run(&drive)?;
-//! println!("{fit}");
-//! let other = leadlag::read("other.csv")?.follower(1)?;
-//! println!("NRMSE(s,v,a) {}", fit.simulate(&other)?.scores["nrmse_sva"]);
+//! let drive = leadlag::synthetic(1, 60.0)?.follower(1)?;
+//! assert_eq!((drive.len(), drive.time_step()), (601, 0.1));
 //! # Ok::<(), leadlag::Error>(())
 //! ```
 //!
-//! [`Calibration::evaluate_on`] makes an [`Evaluator`], which scores populations for your own optimiser, and has residuals and normal
-//! equations for a least-squares solver; [`Fleet`] calibrates thousands of pairs; [`Diagnosis`] finds what a model lacks; [`Study`] runs a
-//! plan in a folder. A model is a [`Variant`], whose base may be your own [`Law`]. All of them use [`Drive`], a measured follower;
-//! [`Reading`] has the options for reading one.
+//! A [`Variant`] is a model: a base, which may be your own [`Law`], then delay, dynamics and constraint, then extensions.
+//!
+//! ```
+//! let model = leadlag::Variant::named("idm+delay+linear")?.extend("leader_accel_ff")?;
+//! assert_eq!(model.parameters().last(), Some(&"ka"));
+//! # Ok::<(), leadlag::Error>(())
+//! ```
+//!
+//! A [`Calibration`] searches for the candidate with the best score; its [`Fit`] has the parameters with 95 % intervals, and simulates
+//! them on other drives.
+//!
+//! ```
+//! # let drive = leadlag::synthetic(1, 60.0)?.follower(1)?;
+//! # let other = leadlag::synthetic(2, 60.0)?.follower(1)?;
+//! let fit = leadlag::Calibration::of("idm")?.max_evaluations(2_000).run(&drive)?;
+//! println!("{fit}NRMSE(s,v,a) of another drive: {}", fit.simulate(&other)?.scores["nrmse_sva"]);
+//! # Ok::<(), leadlag::Error>(())
+//! ```
+//!
+//! `run_on` reports the progress ([`SearchProgress`] of a calibration, [`Progress`] of a diagnosis) and stops on request; a calibration
+//! then returns the best candidate so far.
+//!
+//! ```
+//! # let drive = leadlag::synthetic(1, 60.0)?.follower(1)?;
+//! use std::ops::ControlFlow::{Break, Continue};
+//!
+//! let mut watch = |now: leadlag::SearchProgress| if now.evaluations < 500 { Continue(()) } else { Break(()) };
+//! let fit = leadlag::Calibration::of("idm")?.run_on(&[&drive], &mut watch)?;
+//! # assert!(fit.score().is_finite() && fit.intervals().is_empty());
+//! # Ok::<(), leadlag::Error>(())
+//! ```
+//!
+//! An [`Evaluator`] scores the candidates of your own optimiser, on the CPU or a GPU, and has residuals and [`NormalEquations`] for a
+//! least-squares solver.
+//!
+//! ```
+//! # let drive = leadlag::synthetic(1, 60.0)?.follower(1)?;
+//! let mut evaluator = leadlag::Calibration::of("idm")?.evaluate_on(&[&drive])?;
+//! let candidates = [evaluator.lower(), evaluator.upper()].concat();
+//! assert_eq!(evaluator.scores(&candidates)?.len(), 2);
+//! # Ok::<(), leadlag::Error>(())
+//! ```
+//!
+//! A [`Fleet`] calibrates models to many [`Pairs`] separately, and returns a [`Table`] with a row per pair and model.
+//!
+//! ```
+//! # let drives = [leadlag::synthetic(1, 60.0)?.follower(1)?, leadlag::synthetic(2, 60.0)?.follower(1)?];
+//! let pairs = leadlag::Pairs::of_drives(&[&drives[0], &drives[1]]);
+//! let table = leadlag::Fleet::of(&["idm", "gipps"])?.each(|one| one.max_evaluations(500)).run(&pairs)?;
+//! assert_eq!(table.rows(), 4);
+//! # Ok::<(), leadlag::Error>(())
+//! ```
+//!
+//! A [`Diagnosis`] finds the effects that a model lacks: for one car on all its drives, or for the drivers of a fleet.
+//!
+//! ```no_run
+//! use leadlag::{Diagnosis, Pairs, Reading};
+//!
+//! let drive = leadlag::read("platoon.csv")?.follower(1)?;
+//! let findings = Diagnosis::of("l-cth")?.effort("quick")?.run(&[&drive], &[])?;
+//! println!("{}; calibrate with {:?}", findings.reason(), findings.recommended());
+//!
+//! let fleet = Pairs::read(&Reading::default(), &["pairs.csv"])?;
+//! println!("{}", Diagnosis::of("idm")?.run_all(&fleet)?.reason());
+//! # Ok::<(), leadlag::Error>(())
+//! ```
+//!
+//! A [`Study`] calibrates many models to many drives by a plan; several processes may share its folder, and an interrupted run continues.
+//!
+//! ```no_run
+//! let study = leadlag::Study::create("plan.toml", "study")?;
+//! study.run(&|| false, &mut |done, all| eprintln!("{done} of {all} tasks"))?;
+//! let [calibrations, validations] = study.merged()?;
+//! # Ok::<(), leadlag::Error>(())
+//! ```
 //!
 //! # Features
 //!
@@ -50,8 +110,8 @@ mod api;
 pub mod cli;
 
 pub use api::{
-    Calibration, Diagnosis, Drive, Error, Evaluator, Findings, Fit, Fleet, Law, NormalEquations, Pairs, Reading,
-    Recording, Simulation, Study, Variant, program, read, synthetic,
+    Calibration, Diagnosis, Drive, Error, Evaluator, Findings, Fit, Fleet, Law, NormalEquations, Pairs, Progress,
+    Reading, Recording, SearchProgress, Simulation, Study, Variant, program, read, synthetic,
 };
 pub use study::table::{Column, Table, Values};
 

@@ -1,10 +1,10 @@
-//! Rules that the compiler does not check: no two modules import each other, some import nothing, and the facade is small. The crates enforce that a layer uses
-//! lower ones only: `leadlag` above `src/diagnosis`, `src/models`, `src/data` and `shaders`.
+//! Rules that the compiler does not check: modules import only those below them in ARCHITECTURE.md, some import nothing, and the facade is small. The crates enforce that a
+//! layer uses lower ones only: `leadlag` above `src/diagnosis`, `src/models`, `src/data` and `shaders`.
 //!
 //! It reads the paths that begin with `crate::` or the name of a crate in src/**/*.rs outside of comments.
 
 use leadlag::internal::wgsl::library;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// The crates below `leadlag`, each a folder of `src`.
@@ -197,34 +197,24 @@ fn imports_of_the_diagnosis_go_down() {
     assert!(broken.is_empty(), "{}", broken.join("\n"));
 }
 
+/// The modules in each row of the tables of ARCHITECTURE.md, from the top down.
+fn rows() -> Vec<Vec<String>> {
+    let page = std::fs::read_to_string(Path::new(env!("CARGO_MANIFEST_DIR")).join("ARCHITECTURE.md"));
+    let page = page.expect("ARCHITECTURE.md is readable");
+    let cells = page.lines().filter_map(|line| line.strip_prefix("| `")?.split(" |").next());
+    cells.map(|cell| cell.split(", ").map(|name| name.trim_matches('`').to_owned()).collect()).collect()
+}
+
 #[test]
-fn no_circle() {
-    let modules = modules();
-    let mut edges: BTreeMap<String, BTreeMap<String, String>> = BTreeMap::new();
-    for Import { from, to, file, line } in imports() {
-        if from != to && modules.contains(&to) && modules.contains(&from) {
-            let place = format!("{}:{line}: {from} imports {to}", file.display());
-            edges.entry(from).or_default().entry(to).or_insert(place);
-        }
-    }
-    // Removes modules that import none of the remaining ones, until none or only cycles remain.
-    let mut left = modules;
-    loop {
-        let imports_left = |m: &String| edges.get(m).is_some_and(|to| to.keys().any(|t| left.contains(t)));
-        let free: Vec<_> = left.iter().filter(|m| !imports_left(m)).cloned().collect();
-        if free.is_empty() {
-            break;
-        }
-        for module in free {
-            left.remove(&module);
-        }
-    }
-    let places: Vec<_> = edges
-        .iter()
-        .filter(|(from, _)| left.contains(*from))
-        .flat_map(|(_, to)| to.iter().filter(|(to, _)| left.contains(*to)).map(|(_, place)| place.clone()))
-        .collect();
-    assert!(places.is_empty(), "an import circle among {left:?}:\n{}", places.join("\n"));
+fn imports_go_down_the_rows_of_the_page() {
+    let rows = rows();
+    let row = |module: &String| rows.iter().position(|row| row.contains(module));
+    let listed: BTreeSet<String> = rows.iter().flatten().cloned().collect();
+    assert_eq!(listed, modules(), "ARCHITECTURE.md lists every module");
+    let up = imports().into_iter().filter(|i| i.from != i.to && row(&i.to).is_some_and(|to| Some(to) <= row(&i.from)));
+    let places: Vec<_> =
+        up.map(|Import { from, to, file, line }| format!("{}:{line}: {from} imports {to}", file.display())).collect();
+    assert!(places.is_empty(), "not below in ARCHITECTURE.md:\n{}", places.join("\n"));
 }
 
 #[test]

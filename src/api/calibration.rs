@@ -8,7 +8,8 @@ use super::fit::Fit;
 use super::once::once;
 use super::reading::Loaded;
 use crate::calibrate::{
-    self, Apart, BoundSet, OptimizerKind, Overrides, Progress, SearchSpace, apart_until, best, bound_times, calibrate,
+    self, Apart, BoundSet, OptimizerKind, Overrides, Progress as SearchProgress, SearchSpace, apart_until, best,
+    bound_times, calibrate,
 };
 use crate::catalog::Variant;
 use crate::convention::Convention;
@@ -250,14 +251,14 @@ impl Calibration {
     pub fn run_on(
         &self,
         drives: &[&Drive],
-        progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+        progress: &mut (dyn FnMut(SearchProgress) -> ControlFlow<()> + Send),
     ) -> Result<Fit, Error> {
         let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
         once(loaded.iter().map(|one| &one.trajectory))?;
         let prepared = self.prepare(&loaded)?;
         let mut evaluator = self.build(&prepared.reference)?;
         // Work beside the search stops with the search, and reports no progress.
-        let mut last = Progress { replicate: 0, evaluations: 0, best: None };
+        let mut last = SearchProgress { replicate: 0, evaluations: 0, best: None };
         let asked = Mutex::new(&mut *progress);
         let stop = || asked.lock().unwrap_or_else(PoisonError::into_inner)(last).is_break();
         let apart = self.apart(&prepared, &loaded, &stop)?;
@@ -386,7 +387,7 @@ impl Calibration {
     pub(crate) fn compared(
         &self,
         loaded: &[Loaded],
-        progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+        progress: &mut (dyn FnMut(SearchProgress) -> ControlFlow<()> + Send),
     ) -> Option<ComparedEntry> {
         let twin = loaded.iter().find_map(|one| one.twin.as_ref())?;
         let others = loaded.iter().map(|one| Loaded {
@@ -398,7 +399,7 @@ impl Calibration {
         let calibration = Calibration { intervals: false, search, ..self.clone() };
         let prepared = calibration.prepare(&others).ok()?;
         let mut evaluator = calibration.build(&prepared.reference).ok()?;
-        let mut stopped = progress(Progress { replicate: 0, evaluations: 0, best: None }).is_break();
+        let mut stopped = progress(SearchProgress { replicate: 0, evaluations: 0, best: None }).is_break();
         if stopped {
             return None;
         }
@@ -418,7 +419,7 @@ impl Calibration {
         evaluator: &mut dyn Evaluator,
         prepared: &Prepared,
         loaded: &[Loaded],
-        progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+        progress: &mut (dyn FnMut(SearchProgress) -> ControlFlow<()> + Send),
     ) -> anyhow::Result<ResultFile> {
         let Prepared { space, reference } = prepared;
         let (mut stopped, mut last) = (false, None);

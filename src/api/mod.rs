@@ -17,6 +17,10 @@ pub(crate) mod reading;
 mod study;
 pub(crate) mod warnings;
 
+#[doc(inline)]
+pub use crate::calibrate::Progress as SearchProgress;
+#[doc(inline)]
+pub use crate::diagnose::Progress;
 pub use calibration::{Calibration, program};
 pub use diagnosis::{Diagnosis, Findings};
 pub use drive::{Drive, Recording, read, synthetic};
