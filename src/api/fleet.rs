@@ -230,7 +230,7 @@ impl HeldBack {
                 if let Some(twice) = held.iter().find(|path| calibrated.contains(path)) {
                     let shown = twice.display();
                     return Err(Usage(format!(
-                        "--holdout {shown}: it is calibrated on, too; give another file, or a share"
+                        "--holdout {shown}: it is also used for calibration; give another file, or a share"
                     ))
                     .into());
                 }

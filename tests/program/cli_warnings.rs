@@ -376,8 +376,8 @@ fn a_simulation_of_another_result_is_left_out_of_a_report() {
     let report = || stderr(&succeeds(&["report", text(&own), "-o", text(&folder.join("page.html"))]));
     assert!(!report().contains("left out"));
     for (other, why) in [
-        (fit("cut", &["--to", "30"]), "is of another drive"),
-        (fit("fixed", &["--fix", "t_h=3"]), "is of another result"),
+        (fit("cut", &["--to", "30"]), "belongs to another drive"),
+        (fit("fixed", &["--fix", "t_h=3"]), "of another result"),
     ] {
         fs::copy(other.join("simulation.csv"), own.join("simulation.csv")).unwrap();
         let said = report();
@@ -442,8 +442,8 @@ fn missing_charts_and_a_stale_export_are_said() {
     fs::write(fit.join("result.json"), result + "\n").unwrap();
     fs::remove_file(fit.join("simulation.csv")).unwrap();
     let said = report();
-    assert!(said.contains("simulation.csv is not there, so its charts are missing"), "{said}");
-    assert!(said.contains("is of another result than") && said.contains("export it again"), "{said}");
+    assert!(said.contains("simulation.csv is missing, and so are its charts"), "{said}");
+    assert!(said.contains("belongs to another result than") && said.contains("export it again"), "{said}");
 }
 
 /// Who drives, by the file, against the bounds; and a desired speed that is below the driven ones.
@@ -478,7 +478,7 @@ fn bounds_for_another_driver_are_warned_of() {
     let slow = folder.join("slow.toml");
     fs::write(&slow, "v_0 = [5, 15]\n").unwrap();
     let slow = said(&[&machine], &["--bounds", text(&slow)]);
-    assert!(slow.contains("but v_0 is searched up to 15 m/s only: the model cannot keep up"), "{slow}");
+    assert!(slow.contains("but v_0 is searched up to 15 m/s: the model cannot keep up"), "{slow}");
 }
 
 /// A simulated car that ends early leads no other one.
