@@ -306,7 +306,7 @@ fn too_few(parts: &Parts, bins: usize, unit: Unit, policy: &Policy) -> Option<St
             parts.count
         )),
         Unit::Driver if drivers < least => Some(format!(
-            "the drives are of {drivers} drivers, at least {least} are needed: give more, or diagnose each driver alone"
+            "a fleet needs at least {least} drivers, found {drivers}: give more, or diagnose each driver alone"
         )),
         _ => None,
     }
