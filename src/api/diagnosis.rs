@@ -283,15 +283,15 @@ impl Asked<'_> {
                 }
             }
             let Ok(OfFleet { trajectory, .. }) = &pair.drive else { continue };
-            let of_file = || DataEntry { name: String::new(), trajectory: None, ..DataEntry::of(trajectory, "train") };
+            let entry = || DataEntry::of(trajectory, "train");
+            let of_file = || DataEntry { follower: 0, name: String::new(), trajectory: None, ..entry() };
             let entry = files.entry(&pair.file).or_insert_with(of_file);
             let DataEntry { window_s: [from, to], samples, .. } = entry;
             let own = [trajectory.t[0], trajectory.t[trajectory.len() - 1]];
             (*from, *to, *samples) = (from.min(own[0]), to.max(own[1]), *samples + trajectory.len());
         }
         if drives.is_empty() {
-            let first = unusable.first().map_or(String::new(), |[place, why]| format!("; the first: {place}: {why}"));
-            anyhow::bail!("none of {} pairs can be used{first}", pairs.len());
+            return Err(pairs.none_usable(unusable.into_iter().next().map(|[place, why]| (place, why))));
         }
         let request =
             Request { drives: &drives, unit: Unit::Driver, base, causes, bounds, seed, rounds: rounds(effort) };

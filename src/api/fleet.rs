@@ -109,6 +109,18 @@ impl Pairs {
         self.pairs.is_empty()
     }
 
+    /// The error if no pair can be used; `first` is the place of the first pair and the reason.
+    pub(crate) fn none_usable(&self, first: Option<(String, String)>) -> anyhow::Error {
+        let reason = match (self.len(), first) {
+            (1, Some((place, why))) => format!("the only pair cannot be used: {place}: {why}"),
+            (count, Some((place, why))) => format!("none of {count} pairs can be used; the first: {place}: {why}"),
+            (_, None) => {
+                "found no leader-follower pair; `leadlag inspect FILE` lists the followers of a file".to_owned()
+            }
+        };
+        anyhow::anyhow!("{}", self.unreadable.iter().chain([&reason]).cloned().collect::<Vec<_>>().join("\n"))
+    }
+
     /// Faults of files and signals, one line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
@@ -169,7 +181,7 @@ impl Pairs {
                 Err(error) if files.len() == 1 => return Err(error),
                 Err(error) => pairs.unreadable.push(format!("{error:#}")),
             }
-            anyhow::ensure!(!stop(), "interrupted while reading; nothing was calibrated");
+            anyhow::ensure!(!stop(), "interrupted while reading the files");
         }
         Ok(pairs)
     }

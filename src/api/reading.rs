@@ -283,15 +283,20 @@ impl Reading {
         if !all || recording.platoons.len() < 2 {
             return Ok(vec![self.pick_one(recording, follower, variant, None, warn)?]);
         }
-        let (mut picked, mut left_out) = (Vec::new(), Vec::new());
+        let (mut picked, mut left_out, mut said) = (Vec::new(), Vec::new(), Vec::new());
         for id in recording.platoons.iter().filter_map(|platoon| platoon.id.as_deref()) {
-            match self.pick_one(recording, follower, variant, Some(id), warn) {
+            match self.pick_one(recording, follower, variant, Some(id), &mut |text| said.push((id, text))) {
                 Ok(loaded) => picked.push(loaded),
                 Err(error) if is_of_one(&error) => left_out.push((id, error)),
                 Err(error) => return Err(error),
             }
         }
         let path = &recording.source.path;
+        let more = said.len().saturating_sub(WARNED);
+        said.into_iter().take(WARNED).for_each(|(id, text)| warn(format!("trajectory {id}: {text}")));
+        if more > 0 {
+            warn(format!("{path}: {more} more such warnings on other trajectories"));
+        }
         match left_out.into_iter().next() {
             Some((_, error)) if picked.is_empty() => return Err(error),
             Some((id, error)) => warn(format!(
@@ -529,6 +534,8 @@ pub(crate) fn column_map(given: &str) -> anyhow::Result<ColumnMap> {
     })
 }
 
+/// Warnings on single trajectories that a joint calibration of a table repeats; hundreds would hide the others.
+const WARNED: usize = 3;
 /// Some pairs of a mapped table are named in messages.
 const PAIRS_NAMED: usize = 5;
 

@@ -19,7 +19,11 @@ pub fn refuse(folder: &Path, other: &str, own: &str) -> anyhow::Result<()> {
     if !folder.join(other).exists() {
         return Ok(());
     }
-    let kind = if other == RESULT { "calibration" } else { "diagnosis" };
+    let kind = match other {
+        RESULT => "calibration",
+        FLEET => "fleet",
+        _ => "diagnosis",
+    };
     let (shown, instead) = (folder.display(), folder.join(own));
     Err(Usage(format!(
         "--out {shown}: the folder holds the {other} of a {kind}, and its files would mix with those of another result; expected \

@@ -1,6 +1,6 @@
 //! Fleets: an effect of the drivers is named, with the share of drivers that have it; drivers who only differ have no cause.
 
-use crate::common::program::{ok, scratch};
+use crate::common::program::{fails, ok, scratch, stderr, succeeds};
 use leadlag::internal::diagnose::Verdict;
 use leadlag::internal::result::diagnosis::Outcome;
 use leadlag::{Diagnosis, Pairs, Reading};
@@ -115,7 +115,7 @@ fn drivers_who_differ_have_no_cause() {
 fn few_drivers_are_not_a_fleet() {
     let few = diagnosed("few", &table(4, 0, 13));
     assert_eq!(few.verdict, Verdict::NotTestable);
-    assert!(few.reason.contains("4 drivers, at least 12"), "{}", few.reason);
+    assert!(few.reason.contains("at least 12 drivers, found 4"), "{}", few.reason);
 }
 
 /// The command reads every pair, also short ones, and lists those that it cannot use.
@@ -130,9 +130,72 @@ fn the_command_diagnoses_every_pair_of_a_table() {
     let rest = ["--base", "l-cth", "--effort", "quick", "--out", &out];
     let text = ok(&[&["diagnose", &pairs, "--all", "--columns", &map], &rest[..]].concat());
     assert!(text.contains("12 drives of 12 drivers") && text.contains("1 more cannot be used"), "{text}");
+    // The text names the drive, and no follower where the file has many.
+    assert!(text.contains("trajectory short") && !text.contains("[train] follower"), "{text}");
     let outcome: Outcome =
         serde_json::from_slice(&std::fs::read(folder.join("out/diagnosis.json")).expect("written")).expect("a result");
     let unusable = outcome.fleet.expect("a fleet").unusable;
     assert!(unusable.len() == 1 && unusable[0][0].contains("short"), "{unusable:?}");
-    assert_eq!(outcome.data.len(), 1);
+    assert_eq!((outcome.data.len(), outcome.data[0].follower), (1, 0));
+    let page = at("page.html");
+    ok(&["report", &out, "-o", &page]);
+    let page = std::fs::read_to_string(page).expect("written");
+    assert!(page.contains("<td>all</td>") && !page.contains("each simulated freely"));
+}
+
+/// The files of a fleet's calibrations and those of a diagnosis never share a folder, because `report` would show one of them.
+#[test]
+fn a_diagnosis_and_a_fleet_have_separate_folders() {
+    let folder = scratch("diagnose_fleet", "folders");
+    let at = |name: &str| folder.join(name).display().to_string();
+    let [pairs, map, out] = ["pairs.csv", "map.toml", "out"].map(at);
+    std::fs::write(&pairs, table(3, 0, 15)).expect("can be written");
+    std::fs::write(&map, MAP).expect("can be written");
+    let rest = ["--columns", &map, "--model", "l-cth", "--bounds", "human", "--out", &out];
+    ok(&[&["calibrate", &pairs, "--all", "--no-intervals"], &rest[..]].concat());
+    for verb in [["diagnose", "--all"], ["calibrate", "--joint"]] {
+        let (code, said) = fails(&[&verb[..], &[&pairs], &rest[..]].concat());
+        assert!(code == 2 && said.contains("fleet.json of a fleet"), "{said}");
+    }
+}
+
+#[test]
+fn no_pair_is_an_error_with_every_reason() {
+    let folder = scratch("diagnose_fleet", "no_pair");
+    let at = |name: &str| folder.join(name).display().to_string();
+    let [pairs, map, empty, header] = ["pairs.csv", "map.toml", "empty.csv", "header.csv"].map(at);
+    let all = table(2, 0, 16);
+    std::fs::write(&pairs, &all).expect("can be written");
+    std::fs::write(&map, MAP).expect("can be written");
+    std::fs::write(&empty, "").expect("can be written");
+    std::fs::write(&header, all.lines().next().unwrap_or_default()).expect("can be written");
+    let out = at("out");
+    for verb in [&["diagnose"][..], &["calibrate", "--out", &out]] {
+        let with = |more: &[&str]| fails(&[verb, more, &["--all", "--columns", &map, "--model", "l-cth"]].concat()).1;
+        let said = with(&[&empty, &header]);
+        assert!(said.contains("empty.csv:1") && said.contains("header.csv:1"), "{said}");
+        let said = with(&[&pairs, "--follower", "9"]);
+        assert!(said.contains("no leader-follower pair") && said.contains("leadlag inspect"), "{said}");
+    }
+}
+
+/// Warnings on hundreds of drives would hide the other warnings.
+#[test]
+fn a_joint_calibration_of_a_table_limits_its_warnings() {
+    let folder = scratch("diagnose_fleet", "warnings");
+    let at = |name: &str| folder.join(name).display().to_string();
+    let [pairs, map, out] = ["pairs.csv", "map.toml", "out"].map(at);
+    let jumping = |(k, line): (usize, &str)| {
+        let (rest, lead) = line.rsplit_once(',').expect("columns");
+        let (rest, speed) = rest.rsplit_once(',').expect("columns");
+        let off = if k % 2 == 0 { 0.4 } else { 0.0 };
+        speed.parse::<f64>().map_or_else(|_| format!("{line}\n"), |v| format!("{rest},{:.3},{lead}\n", v + off))
+    };
+    let noisy: String = table(8, 0, 17).lines().enumerate().map(jumping).collect();
+    std::fs::write(&pairs, noisy).expect("can be written");
+    std::fs::write(&map, MAP).expect("can be written");
+    let settings = ["--model", "l-cth", "--bounds", "human", "--no-intervals", "--out", &out];
+    let said = stderr(&succeeds(&[&["calibrate", &pairs, "--joint", "--columns", &map], &settings[..]].concat()));
+    assert_eq!(said.matches("warning: trajectory ").count(), 3, "{said}");
+    assert!(said.contains("more such warnings on other trajectories"), "{said}");
 }

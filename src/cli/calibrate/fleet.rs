@@ -41,16 +41,12 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     folder::spare(&args.out, &inputs, |name| {
         [TABLES.as_slice(), &[folder::FLEET, folder::RUN, JOURNAL]].concat().contains(&name)
     })?;
-    let (Pairs { pairs, unreadable, .. }, holdout) = read(args, &settings, &inputs)?;
-    let usable = pairs.iter().filter(|pair| pair.drive.is_ok()).count();
-    if usable == 0 {
-        let first = pairs.iter().find_map(|pair| pair.drive.as_ref().err()).cloned();
-        anyhow::bail!(
-            "none of {} can be used{}",
-            output::counted(pairs.len() as u64, "pair"),
-            first.map_or(String::new(), |why| format!("; the first: {why}"))
-        );
+    let (found, holdout) = read(args, &settings, &inputs)?;
+    if found.pairs.iter().all(|pair| pair.drive.is_err()) {
+        let first = found.pairs.first().and_then(|pair| Some((pair.place(), pair.drive.as_ref().err()?.clone())));
+        return Err(found.none_usable(first));
     }
+    let Pairs { pairs, unreadable, .. } = found;
     output::make_folder(&args.out)?;
     let misfit = |row: &Row| settings.misfit(row, pairs.len());
     let journal = Journal::open(&args.out.join(JOURNAL), &settings.key(&pairs), &misfit)?;

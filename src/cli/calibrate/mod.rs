@@ -68,6 +68,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     folders.iter().try_for_each(|folder| {
         folder::refuse(folder, folder::DIAGNOSIS, "calibrated")?;
+        folder::refuse(folder, folder::FLEET, "calibrated")?;
         folder::spare(folder, &args.files, is_own)?;
         anyhow::Ok(())
     })?;

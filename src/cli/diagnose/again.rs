@@ -5,7 +5,7 @@ use super::super::demo::quoted;
 use super::super::folder::RECOMMENDED_BOUNDS;
 use super::Args;
 use crate::report::diagnosis::text::Again;
-use crate::result::diagnosis::Outcome;
+use crate::result::diagnosis::{DataEntry, Outcome};
 use crate::wgsl::extension_named;
 use std::path::Path;
 
@@ -27,8 +27,8 @@ pub fn command(args: &Args, outcome: &Outcome, trained: &[[f64; 2]]) -> Option<A
         words.extend(value.map(|value| format!("--{name} {value}").trim_end().to_owned()))
     };
     // With a column map a follower is an id, which differs from the number in the result.
-    let number = outcome.data.first().filter(|_| args.prepare.columns.is_none()).map(|data| data.follower.to_string());
-    flag("follower", args.follower.as_deref().map(quoted).or(number));
+    let number = outcome.data.first().filter(|_| args.prepare.columns.is_none()).and_then(DataEntry::follower);
+    flag("follower", args.follower.as_deref().map(quoted).or(number.map(|number| number.to_string())));
     flag("model", Some(base.variant.clone()));
     for cause in causes {
         flag("extend", Some(extension(args, cause)));
@@ -131,8 +131,12 @@ mod tests {
 
     /// The command after a diagnosis of an IDM by these words, in which `grade` was named.
     fn after(words: &[&str], trained: &[[f64; 2]]) -> (String, String) {
+        after_by(words, trained, 2)
+    }
+
+    fn after_by(words: &[&str], trained: &[[f64; 2]], follower: usize) -> (String, String) {
         let Line { args } = Line::try_parse_from([&["diagnose"][..], words].concat()).expect("good words");
-        let data = serde_json::json!({"path": "a.csv", "sha256": "", "follower": 2, "name": "", "role": "train",
+        let data = serde_json::json!({"path": "a.csv", "sha256": "", "follower": follower, "name": "", "role": "train",
             "window_s": [0.0, 120.0], "samples": 1201, "gap_rate_rms_mps": null, "unseen": []});
         let base = serde_json::json!({"variant": "idm", "extensions": [], "parameters": [], "sigma_d_mps2": 0.0, "tau_d_s": 0.0,
             "noise_gap_m": 0.0, "noise_speed_mps": 0.0, "log_likelihood": 0.0});
@@ -172,6 +176,13 @@ mod tests {
         assert!(typed.contains("--from 5 --to 90") && on.starts_with("on whole files"), "{typed} {on}");
         let (typed, _) = after(&[&words[..], &["--segment", "2"]].concat(), &[[5.0, 61.0], [5.0, 61.0]]);
         assert!(typed.contains("--from 5 --to 61") && !typed.contains("--segment"), "{typed}");
+    }
+
+    /// A file of a fleet stands for all its followers.
+    #[test]
+    fn a_fleet_has_no_follower() {
+        let (typed, _) = after_by(&["a.csv", "--all", "--base", "idm"], &[], 0);
+        assert_eq!(typed, "leadlag calibrate a.csv --joint --model idm --extend grade --out extended");
     }
 
     #[test]

@@ -195,6 +195,7 @@ fn begin(args: &Args) -> anyhow::Result<()> {
     interrupt::watch_saying("a diagnosis keeps nothing");
     let Some(out) = &args.out else { return Ok(()) };
     folder::refuse(out, folder::RESULT, "diagnosis")?;
+    folder::refuse(out, folder::FLEET, "diagnosis")?;
     folder::spare(out, args.trained_on().chain(&args.holdout), |name| {
         let own = [("simulation", "csv"), ("simulation", "svg"), ("missing_acceleration", "csv")];
         own.iter().any(|(stem, ending)| folder::is_of(name, stem, ending))

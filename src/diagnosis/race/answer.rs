@@ -294,10 +294,9 @@ fn notes(answer: &Answer) -> Vec<String> {
     let Some(fit) = answer.entries.first().and_then(Entry::whole_drives) else {
         return notes;
     };
-    let failures = fit.judged.as_ref().map_or(0, |judged| collisions(&judged.held));
-    if failures > 0 {
-        let s = if failures == 1 { "" } else { "s" };
-        notes.push(format!("it collides with the car ahead on {failures} unseen drive{s}"));
+    if let Some(held) = fit.judged.as_ref().map(|judged| &judged.held).filter(|held| collisions(held) > 0) {
+        let (failures, all) = (collisions(held), held.parts.len());
+        notes.push(format!("it collides with the car ahead on {failures} of {all} unseen drives"));
     }
     if let Some(best) = answer.laws.first().filter(|law| law.gain >= LEAST_GAIN) {
         notes.push(format!("{} has {:.0} % less error on unseen drives", best.name, 100.0 * best.gain));

@@ -10,7 +10,7 @@ use crate::calibrate::Overrides;
 use crate::calibrate::descent::{Course, Surface as _, Walker, Watch, descend};
 use crate::catalog::Variant;
 use crate::diagnose::DiagnoseError;
-use crate::diagnose::likelihood::model::{LEAD, Model};
+use crate::diagnose::likelihood::model::{LEAD, Model, Space};
 use crate::diagnose::search::strategy::sizes;
 use crate::diagnose::search::textbook::{fastest, with_textbook_values};
 use crate::evaluator::Pull;
@@ -93,8 +93,10 @@ pub struct OwnFit {
 pub struct Entry {
     /// Its causes, in the order in which they were found.
     pub causes: Vec<&'static Extension>,
-    /// The model over all parts.
-    pub model: Model,
+    /// The model, without the drives: together, copies of all drives for each model of a race would fill the memory.
+    pub model: Space,
+    /// Number of simulated candidates so far, over one part each.
+    pub simulations: u64,
     /// Its fit at each horizon; `None` if no parameters complete the drives.
     pub fits: Vec<Option<Fit>>,
     /// Scales of the parts.
@@ -256,7 +258,7 @@ impl Field {
             leading.extend(walkers.iter().take(LEADING).map(|walker| walker.place.clone()));
             fits.push(walkers.first().map(|walker| self.fit(&surface, walker)).transpose()?);
         }
-        Ok(Entry { causes: Vec::new(), model, fits, scales: self.scales.clone() })
+        Ok(self.entry(Vec::new(), model, fits))
     }
 
     /// Fits a model with more causes than `base` at every horizon; `None` if the drives or the law lack something that it needs. The fits
@@ -304,21 +306,26 @@ impl Field {
             fits.push(walkers.first().map(|walker| self.fit(&surface, walker)).transpose()?);
         }
         let causes = [&base.causes[..], added].concat();
-        Ok(Some(Entry { causes, model, fits, scales: self.scales.clone() }))
+        Ok(Some(self.entry(causes, model, fits)))
+    }
+
+    fn entry(&self, causes: Vec<&'static Extension>, model: Model, fits: Vec<Option<Fit>>) -> Entry {
+        Entry { causes, simulations: model.simulations(), model: model.space, fits, scales: self.scales.clone() }
     }
 
     /// Fits a model without each fold, from its fit to all parts.
     ///
     /// # Errors
-    /// [`DiagnoseError::Evaluate`].
+    /// As [`Model::new`].
     pub fn judge(&self, entry: &mut Entry) -> Result<(), DiagnoseError> {
-        let Entry { model, fits, .. } = entry;
-        debug_assert_eq!(fits.len(), HORIZONS, "a model is judged at every horizon");
-        for (fit, horizon) in fits.iter_mut().zip(Horizon::ALL) {
+        debug_assert_eq!(entry.fits.len(), HORIZONS, "a model is judged at every horizon");
+        let model = self.model(entry.model.variant)?;
+        for (fit, horizon) in entry.fits.iter_mut().zip(Horizon::ALL) {
             if let Some(fit) = fit {
-                fit.judged = self.judged(model, horizon, &fit.place)?;
+                fit.judged = self.judged(&model, horizon, &fit.place)?;
             }
         }
+        entry.simulations += model.simulations();
         Ok(())
     }
 

@@ -198,7 +198,7 @@ impl First {
 
     fn simulations(&self) -> u64 {
         let laws = self.laws.iter().map(|(_, entry)| entry);
-        laws.chain(&self.late).chain([&self.base]).map(|entry| entry.model.simulations()).sum()
+        laws.chain(&self.late).chain([&self.base]).map(|entry| entry.simulations).sum()
     }
 
     /// Stretches of the drives that none of these models follows.
@@ -272,7 +272,7 @@ pub fn race(
     }
     show(0.25, "the base on unseen drives")?;
     answer.field.judge(&mut base)?;
-    answer.simulations += base.model.simulations();
+    answer.simulations += base.simulations;
     if held(&base).is_none() {
         answer.tried.not_testable =
             Some(format!("{}: no parameters were found that complete the drives", request.base));
@@ -306,7 +306,7 @@ fn too_few(parts: &Parts, bins: usize, unit: Unit, policy: &Policy) -> Option<St
             parts.count
         )),
         Unit::Driver if drivers < least => Some(format!(
-            "the drives are of {drivers} drivers, at least {least} are needed: give more, or diagnose each driver alone"
+            "a fleet needs at least {least} drivers, found {drivers}: give more, or diagnose each driver alone"
         )),
         _ => None,
     }
@@ -317,7 +317,7 @@ fn judged(answer: &mut Answer, laws: Vec<(String, Entry)>, base: &Entry) -> Resu
     let field = &answer.field;
     let judged = |(name, mut entry): (String, Entry)| {
         field.judge(&mut entry)?;
-        Ok((name, entry.model.simulations(), held(&entry)))
+        Ok((name, entry.simulations, held(&entry)))
     };
     let all: Vec<(String, u64, Option<Rows>)> =
         laws.into_par_iter().map(judged).collect::<Result<_, DiagnoseError>>()?;
@@ -379,7 +379,7 @@ fn round(
     show(0.6, "judging causes on unseen drives")?;
     let worth = entered.par_iter_mut().filter(|entry| entry.is_worth(own, policy.worth_trying));
     worth.try_for_each(|entry| field.judge(entry))?;
-    answer.simulations += entered.iter().map(|entry| entry.model.simulations()).sum::<u64>();
+    answer.simulations += entered.iter().map(|entry| entry.simulations).sum::<u64>();
     let in_training = trained(own);
     let left: Vec<Rows> = entered
         .iter()

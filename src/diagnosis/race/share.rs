@@ -34,7 +34,7 @@ impl Answer {
     /// without a fleet.
     ///
     /// # Errors
-    /// [`DiagnoseError::Evaluate`].
+    /// As [`Field::model`].
     pub fn share(&self, seed: u64) -> Result<Option<Share>, DiagnoseError> {
         let Some(named) = &self.named else { return Ok(None) };
         let entry = &self.entries[named.entry];
@@ -42,10 +42,11 @@ impl Answer {
             return Ok(None);
         };
         let positions: Vec<usize> = named.causes.iter().flat_map(|cause| entry.model.positions(cause)).collect();
+        let model = self.field.model(entry.model.variant)?;
         let mut ratios: Vec<Ratios> = Vec::new();
         for (fold, common) in judged.folds.iter().enumerate() {
             let left_out: Vec<bool> = self.field.parts.folds.iter().map(|own| *own == fold).collect();
-            let surface = self.field.surface(&entry.model, &left_out, Horizon::ALL[OF_A_NAME]);
+            let surface = self.field.surface(&model, &left_out, Horizon::ALL[OF_A_NAME]);
             let at = |size: f64| {
                 let mut place = surface.place(common);
                 for &k in &positions {

@@ -151,9 +151,12 @@ pub fn fleet_in_words(fleet: &FleetEntry) -> String {
     let FleetEntry { drivers, drives, minutes, unusable, .. } = fleet;
     let without = match unusable.first() {
         None => String::new(),
-        Some([_, why]) => format!(" {} more cannot be used; the first: {why}.", unusable.len()),
+        Some([place, why]) => format!(" {} more cannot be used; the first: {place}: {why}.", unusable.len()),
     };
-    format!("{drives} drives of {drivers} drivers, {minutes:.0} minutes.{without}")
+    let counted = |count: usize, word: &str| format!("{count} {word}{}", if count == 1 { "" } else { "s" });
+    // Minutes without digits would show a short drive as 0.
+    let digits = usize::from(*minutes < 10.0);
+    format!("{} of {}, {minutes:.digits$} minutes.{without}", counted(*drives, "drive"), counted(*drivers, "driver"))
 }
 
 fn is_named(outcome: &Outcome) -> bool {

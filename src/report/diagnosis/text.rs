@@ -106,13 +106,10 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
             Some([from, until]) => format!("{from:.1} to {until:.1} s, held back from there to {to:.1} s"),
             None => format!("{from:.1} to {to:.1} s"),
         };
-        let mut who = if entry.name.is_empty() { String::new() } else { format!(", {}", entry.name) };
+        let mut who = entry.follower().map_or_else(String::new, |follower| format!(" follower {follower}"));
+        who += &if entry.name.is_empty() { String::new() } else { format!(", {}", entry.name) };
         who += &entry.trajectory.as_ref().map_or_else(String::new, |id| format!(", trajectory {id}"));
-        text.push_str(&wrapped(
-            0,
-            2,
-            &format!("{} [{}] follower {}{who}, {window}", entry.path, entry.role, entry.follower),
-        ));
+        text.push_str(&wrapped(0, 2, &format!("{} [{}]{who}, {window}", entry.path, entry.role)));
         if let Some(rms) = entry.gap_rate_rms_mps {
             text.push_str(&wrapped(
                 2,

@@ -44,7 +44,12 @@ fn wrong(page: &mut Page, outcome: &Outcome, charts: Vec<Chart>) {
         return;
     }
     page.section("wrong", "What is wrong, and where?");
-    page.paragraph("Measured car, base model and extended model, each simulated freely behind the measured car ahead.");
+    if outcome.fleet.is_some() {
+        page.paragraph("For a fleet, the errors are those of section 5, on left-out drivers.");
+    } else {
+        let told = "Measured car, base model and extended model, each simulated freely behind the measured car ahead.";
+        page.paragraph(told);
+    }
     outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
     page.charts("Measured and simulated", "drive", charts);
     if let Some(shares) = &outcome.budget {
@@ -73,7 +78,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
         vec![
             d.path.clone(),
             d.role.clone(),
-            format!("{} {}", d.follower, d.name),
+            d.follower().map_or_else(|| "all".to_owned(), |follower| format!("{follower} {}", d.name)),
             format!("{:.1} to {:.1}", d.window_s[0], d.window_s[1]),
             d.samples.to_string(),
             d.gap_rate_rms_mps.map_or("–".to_owned(), short),

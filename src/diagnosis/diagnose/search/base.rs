@@ -179,7 +179,7 @@ mod tests {
         let advice = |[lower, upper]: [f64; 2]| {
             let mut candidate = made_up::candidate(&drives, &[]);
             let k = candidate.model.position(Symbol::v_0).expect("it has one");
-            candidate.model.axes[k] = Axis::linear(lower, upper);
+            candidate.model.space.axes[k] = Axis::linear(lower, upper);
             candidate.fit.point.values[k] = 12.0;
             contradiction(&setting, &candidate).expect("the follower drives up to 23 m/s")
         };

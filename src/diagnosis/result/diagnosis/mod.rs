@@ -281,7 +281,7 @@ pub struct DataEntry {
     pub path: String,
     /// SHA-256 of its bytes.
     pub sha256: String,
-    /// The follower's number in it.
+    /// The follower's number in it; 0 if it stands for all of them, as in a fleet.
     pub follower: usize,
     /// The follower's name.
     pub name: String,
@@ -307,6 +307,12 @@ pub struct DataEntry {
 }
 
 impl DataEntry {
+    /// The number of its follower; `None` if it stands for all followers of the file.
+    #[must_use]
+    pub fn follower(&self) -> Option<usize> {
+        Some(self.follower).filter(|follower| *follower > 0)
+    }
+
     /// A trajectory, before the check of its data.
     #[must_use]
     pub fn of(trajectory: &Trajectory, role: &str) -> DataEntry {

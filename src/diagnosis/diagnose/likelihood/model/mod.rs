@@ -14,6 +14,7 @@ use crate::lanes::{Bins, Differences, Lanes, LanesPrecision, Products, SIGNALS};
 use crate::score::GoodnessOfFit;
 use crate::symbols::{Bounds, Parameters, Scale, SearchKind, Symbol};
 use crate::vehicle::Vehicle;
+use std::ops::Deref;
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Bounds of the base models in a diagnosis: wide, because a parameter on a bound can suggest a wrong cause. `true`: logarithmic scale.
@@ -63,15 +64,22 @@ fn begun(case: Case) -> Case {
     Case { earliest: (BEGIN_S / case.dt).ceil() as usize + 1, ..case }
 }
 
-/// A variant with its axes over drives.
-#[derive(Debug)]
-pub struct Model {
+/// A variant with its axes.
+#[derive(Debug, Clone)]
+pub struct Space {
     /// The variant.
     pub variant: Variant,
     /// Its parameters.
     pub symbols: Vec<Symbol>,
     /// Their bounds.
     pub axes: Vec<Axis>,
+}
+
+/// A variant over drives. It holds a copy of all of them in the form of the evaluator.
+#[derive(Debug)]
+pub struct Model {
+    /// The variant with its axes.
+    pub space: Space,
     /// Events of one drive only.
     pub events: Vec<Event>,
     lanes: Lanes,
@@ -81,6 +89,46 @@ pub struct Model {
     /// Indices of the perception delay, of the base or of a cause, and of the nuisance lead.
     delay: Option<usize>,
     lead: Option<usize>,
+}
+
+impl Space {
+    /// Index of a parameter.
+    #[must_use]
+    pub fn position(&self, symbol: Symbol) -> Option<usize> {
+        self.symbols.iter().position(|s| *s == symbol)
+    }
+
+    /// Indices of the parameters of an extension.
+    #[must_use]
+    pub fn positions(&self, extension: &Extension) -> Vec<usize> {
+        extension.parameters.iter().filter_map(|symbol| self.position(*symbol)).collect()
+    }
+
+    /// Values by name.
+    #[must_use]
+    pub fn parameters(&self, values: &[f64]) -> Parameters {
+        let mut parameters = Parameters::NONE;
+        self.symbols.iter().zip(values).for_each(|(symbol, value)| parameters.set(*symbol, *value));
+        parameters
+    }
+
+    /// The values of another model where both have the parameter, and neutral values elsewhere.
+    #[must_use]
+    pub fn adopt(&self, other: &Space, values: &[f64]) -> Vec<f64> {
+        let value = |(symbol, axis): (&Symbol, &Axis)| match other.position(*symbol) {
+            Some(k) => values[k].clamp(axis.lower, axis.upper),
+            None => symbol.neutral().unwrap_or(0.5 * (axis.lower + axis.upper)).clamp(axis.lower, axis.upper),
+        };
+        self.symbols.iter().zip(&self.axes).map(value).collect()
+    }
+}
+
+impl Deref for Model {
+    type Target = Space;
+
+    fn deref(&self) -> &Space {
+        &self.space
+    }
 }
 
 impl Model {
@@ -109,9 +157,7 @@ impl Model {
         let delay = variant.extensions.delay().unwrap_or(Symbol::tau_p);
         let (delay, lead) = (position(&|symbol| *symbol == delay), position(&|symbol| is_lead(*symbol)));
         Ok(Model {
-            variant,
-            symbols,
-            axes,
+            space: Space { variant, symbols, axes },
             simulations: AtomicU64::new(0),
             events: events.to_vec(),
             lanes,
@@ -136,36 +182,6 @@ impl Model {
         let [base, extension] = [Some(Symbol::tau_p), self.variant.extensions.delay()]
             .map(|delay| delay.and_then(|symbol| self.position(symbol)).map(|k| self.axes[k].upper));
         Ok(begun(drive.case_within(self.variant, base, extension)?))
-    }
-
-    /// Index of a parameter.
-    #[must_use]
-    pub fn position(&self, symbol: Symbol) -> Option<usize> {
-        self.symbols.iter().position(|s| *s == symbol)
-    }
-
-    /// Indices of the parameters of an extension.
-    #[must_use]
-    pub fn positions(&self, extension: &Extension) -> Vec<usize> {
-        extension.parameters.iter().filter_map(|symbol| self.position(*symbol)).collect()
-    }
-
-    /// Values by name.
-    #[must_use]
-    pub fn parameters(&self, values: &[f64]) -> Parameters {
-        let mut parameters = Parameters::NONE;
-        self.symbols.iter().zip(values).for_each(|(symbol, value)| parameters.set(*symbol, *value));
-        parameters
-    }
-
-    /// The values of another model where both have the parameter, and neutral values elsewhere.
-    #[must_use]
-    pub fn adopt(&self, other: &Model, values: &[f64]) -> Vec<f64> {
-        let value = |(symbol, axis): (&Symbol, &Axis)| match other.position(*symbol) {
-            Some(k) => values[k].clamp(axis.lower, axis.upper),
-            None => symbol.neutral().unwrap_or(0.5 * (axis.lower + axis.upper)).clamp(axis.lower, axis.upper),
-        };
-        self.symbols.iter().zip(&self.axes).map(value).collect()
     }
 
     /// The observed run of one candidate on all drives.
