@@ -356,7 +356,7 @@ fn each_driver_of_a_drive_has_a_row() {
     let alone = ["calibrate", text(&table), "--model", "idm", "--out", text(&out)];
     let said = stderr(&succeeds(&[&alone, &SETTINGS[..]].concat()));
     let (warned, options) =
-        ("ACC drives until 24.9 s and Human after", "--to 24.900 or --from 25.000 takes one of them");
+        ("ACC drives until 24.9 s and Human after", "--to 24.900 or --from 25.000 selects one of them");
     assert!(said.contains(warned) && said.contains(options), "{said}");
     // That option calibrates it.
     ok(&fleet(&table, &folder.join("human"), &["--model", "idm", "--from", "25.000", "--to", "39.900"]));
