@@ -45,7 +45,7 @@ pub fn of_fleet(
             share: share.map(|share| ShareEntry::of(&answer, &share)),
             ..entry_of(request, &answer)
         }),
-        held_back: "Each driver is left out of one fit in five. Gains are those on left-out drivers.".to_owned(),
+        held_back: "Each driver is left out of one of five fits. Gains are those on left-out drivers.".to_owned(),
         ..Outcome::new(effort, request.seed)
     };
     combine(&mut outcome, &answer);
