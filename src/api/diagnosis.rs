@@ -198,7 +198,7 @@ impl Loading {
         let is_unit = |kind| matches!(kind, FindingKind::Unit | FindingKind::Exchanged);
         let (units, others): (Vec<_>, Vec<_>) =
             trajectory.findings().partition(|finding| is_unit(finding.kind) && finding.correction.is_none());
-        let findings = others.into_iter().map(|finding| FindingEntry::new(&trajectory.source.path, finding)).collect();
+        let findings = others.into_iter().map(|finding| FindingEntry::new(trajectory, finding)).collect();
         let units = units.first().map(|finding| finding.told());
         let mut entry = DataEntry { units, ..DataEntry::of(trajectory, role) };
         entry.take(&soundness);
@@ -284,7 +284,7 @@ impl Asked<'_> {
             }
             let Ok(OfFleet { trajectory, .. }) = &pair.drive else { continue };
             let entry = || DataEntry::of(trajectory, "train");
-            let of_file = || DataEntry { follower: 0, name: String::new(), trajectory: None, ..entry() };
+            let of_file = || DataEntry { follower: 0, name: String::new(), trajectory: None, samples: 0, ..entry() };
             let entry = files.entry(&pair.file).or_insert_with(of_file);
             let DataEntry { window_s: [from, to], samples, .. } = entry;
             let own = [trajectory.t[0], trajectory.t[trajectory.len() - 1]];
@@ -316,6 +316,7 @@ fn findings(pairs: &Pairs) -> Vec<FindingEntry> {
     }
     let told = |(mut finding, count): (FindingEntry, usize)| {
         finding.sentence = format!("in {count} of {} drives; the first: {}", pairs.len(), finding.sentence);
+        finding.trajectory = None;
         finding
     };
     all.into_values().map(told).collect()

@@ -106,14 +106,14 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     }
     for (name, scores) in [("drives", &result.per_drive), ("held back", &result.held_back)] {
         if let Some(scores) = scores {
-            text.push_str(&wrapped(0, 2, &in_words(name, scores, &result.gof)));
+            text.push_str(&wrapped(0, 2, &scores_in_words(name, scores, &result.gof)));
         }
     }
     Ok(())
 }
 
 /// Scores of several drives, and the worst of them.
-fn in_words(name: &str, scores: &Scores, gof: &str) -> String {
+pub(in crate::internal::report) fn scores_in_words(name: &str, scores: &Scores, gof: &str) -> String {
     let count = scores.drives.len();
     let mut all: Vec<(f64, &DriveScore)> =
         scores.drives.iter().filter_map(|drive| Some((drive.score?, drive))).collect();

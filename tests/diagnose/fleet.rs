@@ -125,7 +125,9 @@ fn the_command_diagnoses_every_pair_of_a_table() {
     let short: String = (0..60).map(|i| format!("short,{:.1},20,15,15\n", 0.1 * i as f64)).collect();
     let at = |name: &str| folder.join(name).display().to_string();
     let [pairs, map, out] = ["pairs.csv", "map.toml", "out"].map(at);
-    std::fs::write(&pairs, table(12, 0, 14) + &short).expect("can be written");
+    let usable = table(12, 0, 14);
+    let samples = usable.lines().count() - 1;
+    std::fs::write(&pairs, usable + &short).expect("can be written");
     std::fs::write(&map, MAP).expect("can be written");
     let rest = ["--base", "l-cth", "--effort", "quick", "--out", &out];
     let text = ok(&[&["diagnose", &pairs, "--all", "--columns", &map], &rest[..]].concat());
@@ -136,7 +138,7 @@ fn the_command_diagnoses_every_pair_of_a_table() {
         serde_json::from_slice(&std::fs::read(folder.join("out/diagnosis.json")).expect("written")).expect("a result");
     let unusable = outcome.fleet.expect("a fleet").unusable;
     assert!(unusable.len() == 1 && unusable[0][0].contains("short"), "{unusable:?}");
-    assert_eq!((outcome.data.len(), outcome.data[0].follower), (1, 0));
+    assert_eq!((outcome.data.len(), outcome.data[0].follower, outcome.data[0].samples), (1, 0, samples));
     let page = at("page.html");
     ok(&["report", &out, "-o", &page]);
     let page = std::fs::read_to_string(page).expect("written");
@@ -198,4 +200,24 @@ fn a_joint_calibration_of_a_table_limits_its_warnings() {
     let said = stderr(&succeeds(&[&["calibrate", &pairs, "--joint", "--columns", &map], &settings[..]].concat()));
     assert_eq!(said.matches("warning: trajectory ").count(), 3, "{said}");
     assert!(said.contains("more such warnings on other trajectories"), "{said}");
+}
+
+/// Of a table with several drives, a fault stands under its drive only.
+#[test]
+fn a_fault_is_of_its_drive() {
+    let folder = scratch("diagnose_fleet", "faults");
+    let scaled = |line: &str| {
+        let fields: Vec<&str> = line.split(',').collect();
+        match fields.as_slice() {
+            ["1", t, s, v, v_l] => format!("1,{t},{s},{:.3},{v_l}\n", 1.1 * v.parse::<f64>().expect("a number")),
+            _ => format!("{line}\n"),
+        }
+    };
+    let at = |name: &str| folder.join(name).display().to_string();
+    let [pairs, map] = ["pairs.csv", "map.toml"].map(at);
+    std::fs::write(&pairs, table(2, 0, 15).lines().map(scaled).collect::<String>()).expect("can be written");
+    std::fs::write(&map, MAP).expect("can be written");
+    let text = ok(&["diagnose", &pairs, "--columns", &map, "--trajectory", "0,1", "--data-only"]);
+    let (first, second) = text.split_once("trajectory 1").expect("two drives");
+    assert!(first.contains("no contradictions found") && !second.contains("no contradictions found"), "{text}");
 }

@@ -400,7 +400,7 @@ fn round(
     }
     if is_first {
         answer.set = set(&entered, &found, laws);
-        answer.power = power(&entered, &found, answer.tried.bins).filter(|_| named.is_none());
+        answer.power = power(&entered, &found, answer.tried.bins, policy).filter(|_| named.is_none());
     }
     let passes = |k: &usize| asked[*k].iter().all(|check| check.met);
     // The next round tests whether a further cause is worth its parameters. Among equally simple models, take the largest gain for a user.
@@ -419,14 +419,14 @@ fn round(
 }
 
 /// The gain that this number of bins could have shown.
-fn power(entered: &[Entry], table: &Table, bins: usize) -> Option<Power> {
+fn power(entered: &[Entry], table: &Table, bins: usize, policy: &Policy) -> Option<Power> {
     let [needed, gain] = table.found;
     let best = (0..entered.len()).max_by(|&a, &b| table.rows[a].t.total_cmp(&table.rows[b].t))?;
     let (t, minutes) = (table.rows[best].t, bins as f64 * loss::BIN_S / 60.0);
     // Standard errors fall with the square root of the time.
     let more = minutes * ((needed / t).powi(2) - 1.0);
     // A large gain fails for another reason than too little driving.
-    (gain.is_finite() && t < needed).then(|| Power {
+    (gain <= policy.most_power && t < needed).then(|| Power {
         gain,
         causes: names(&entered[best].causes),
         minutes: (t >= 1.0).then_some(more.max(0.0)),

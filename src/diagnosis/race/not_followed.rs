@@ -14,6 +14,8 @@ pub struct NotFollowed {
     pub recording: String,
     /// See `recording`.
     pub file: String,
+    /// Id of the trajectory, if the file has several.
+    pub trajectory: Option<String>,
     /// Begin and end in the file's time \[s\].
     pub when: [f64; 2],
     /// The largest root mean square error of the speed over 10 s \[m/s\], by the model that follows best there.
@@ -47,6 +49,7 @@ pub fn stretches<'a>(
             is_left_out: first < t[0] + policy.edge_s || last + policy.edge_s >= t[t.len() - 1],
             recording: drive.recording(),
             file: drive.file().to_owned(),
+            trajectory: drive.trajectory.id.clone(),
             when: [first, last],
             error: bins.iter().map(|bin| bin.error).fold(0.0, f64::max),
             usual,
@@ -145,6 +148,7 @@ impl NotFollowed {
             unit: "m/s".to_owned(),
             interval: None,
             file: self.file.clone(),
+            trajectory: self.trajectory.clone(),
             when: vec![self.when],
             sentence: format!(
                 "from {from:.0} to {to:.0} s no model follows: even the best one is off by {:.1} m/s over 10 s, where {:.1} m/s is \

@@ -17,6 +17,8 @@ pub struct Policy {
     /// Smallest gain of a name at the middle horizon, as a share of the error \[-\]: in gusts, a model with a delay predicts the next
     /// seconds some per cent better, because a gust lasts; over a quarter of a minute this gain vanishes.
     pub least_gain: f64,
+    /// Largest gain that `power` reports, as a share of the error \[-\]: drives that only show larger ones show nothing.
+    pub most_power: f64,
     /// Largest probability of a recommendation by chance, adjusted likewise \[-\]: the other checks lower it further.
     pub chance: f64,
     /// Level of the confidence set \[-\].
@@ -58,6 +60,7 @@ impl Policy {
         least_bins: 12,
         chance_of_a_name: 0.01,
         least_gain: 0.02,
+        most_power: 0.5,
         chance: 0.05,
         set: 0.95,
         whole_drives: 1.0,

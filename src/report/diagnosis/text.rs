@@ -120,7 +120,7 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
         if let Some(units) = &entry.units {
             text.push_str(&wrapped(2, 4, &format!("UNITS: {units}. {MEND_FIRST}")));
         }
-        let mut own = findings.iter().filter(|finding| finding.file == entry.path).peekable();
+        let mut own = findings.iter().filter(|finding| finding.is_of(entry)).peekable();
         if own.peek().is_none() && entry.units.is_none() {
             text.push_str("  no contradictions found\n");
         }

@@ -5,7 +5,7 @@ use super::sumo::sumo;
 use super::{Chart, Line, MadeBy, Page, Panel, Role, between, escape, short, within};
 use crate::diagnose::describe::error_breakdown::Budget;
 use crate::identify::CONFIDENCE;
-use crate::report::text::{OPEN, UNDETERMINED, partner};
+use crate::report::text::{OPEN, UNDETERMINED, partner, scores_in_words};
 use crate::result::diagnosis::FindingEntry;
 use crate::result::{KnowledgeEntry, ResultFile};
 use crate::sumo::Export;
@@ -144,6 +144,9 @@ fn scores(page: &mut Page, result: &ResultFile, errors: Option<&DriveErrors>) {
     let each = errors.iter().flat_map(|errors| &errors.each).filter(|_| !several.is_empty());
     rows.extend(each.map(|(name, values)| rmse(format!("RMSE of {name}"), values.map(Some))));
     page.table("How well", &["measure", "spacing", "speed", "acceleration", "sum"], &rows);
+    for (name, scores) in [("Drives", &result.per_drive), ("Held back", &result.held_back)] {
+        scores.iter().for_each(|scores| page.paragraph(&format!("{}.", scores_in_words(name, scores, &result.gof))));
+    }
 }
 
 /// Model, data and settings.

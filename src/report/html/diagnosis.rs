@@ -34,7 +34,7 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -
         if outcome.recommended.is_some() { " recommended" } else { "" },
         rest.join(" ")
     );
-    page.finish(&format!("Diagnosis of {base}"), &lead, &outcome.to_json(), made)
+    page.finish(format!("Diagnosis of {base}").trim_end_matches(" of "), &lead, &outcome.to_json(), made)
 }
 
 /// The errors of the base model, and their breakdown.

@@ -114,6 +114,9 @@ pub struct FindingEntry {
     pub interval: Option<[f64; 2]>,
     /// The file.
     pub file: String,
+    /// Id of the trajectory, if the file has several.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub trajectory: Option<String>,
     /// Stretches of the file's time \[s\]; empty: the whole file.
     #[serde(rename = "when_s")]
     pub when: Vec<[f64; 2]>,
@@ -159,15 +162,21 @@ impl FindingEntry {
         }
     }
 
+    /// True for a finding of this drive, or of its whole file.
+    #[must_use]
+    pub fn is_of(&self, drive: &DataEntry) -> bool {
+        self.file == drive.path && (self.trajectory.is_none() || self.trajectory == drive.trajectory)
+    }
+
     /// The findings of the data check for a trajectory.
     #[must_use]
     pub fn of(trajectory: &Trajectory) -> Vec<FindingEntry> {
-        trajectory.findings().map(|finding| FindingEntry::new(&trajectory.source.path, finding)).collect()
+        trajectory.findings().map(|finding| FindingEntry::new(trajectory, finding)).collect()
     }
 
-    /// A finding of a file, with its correction.
+    /// A finding of a trajectory, with its correction.
     #[must_use]
-    pub fn new(file: &str, finding: &Finding) -> FindingEntry {
+    pub fn new(trajectory: &Trajectory, finding: &Finding) -> FindingEntry {
         FindingEntry {
             name: finding.kind.into_str().to_owned(),
             car: finding.car.into_str().to_owned(),
@@ -175,7 +184,8 @@ impl FindingEntry {
             value: finding.value,
             unit: finding.unit.to_owned(),
             interval: finding.interval,
-            file: file.to_owned(),
+            file: trajectory.source.path.clone(),
+            trajectory: trajectory.id.clone(),
             when: finding.when.clone(),
             line: finding.line,
             matters: finding.matters,
