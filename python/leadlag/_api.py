@@ -293,7 +293,7 @@ class Evaluator:
         return self._native.device
 
     def __call__(self, candidates: ArrayLike) -> NDArray[np.float64]:
-        """Scores of candidates, shape (n, p) to (n,); infinite for a crash and for a candidate that cannot be simulated."""
+        """Scores of candidates, shape (n, p) to (n,); infinite if a candidate crashes or cannot be simulated."""
         return self._native.scores(self._rows(candidates))
 
     def simulate(

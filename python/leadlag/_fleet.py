@@ -192,7 +192,7 @@ class Fleet:
 
 
 def _named(trajectories: list[str | None], names: list[str], files: list[str], pairs: list[int]) -> list[str]:
-    """What the drivers are called: as on the page of a fleet."""
+    """Names of the drivers, as on the page of a fleet."""
     of_stem: dict[str, set[int]] = {}
     for file, pair in zip(files, pairs):
         of_stem.setdefault(Path(file).stem, set()).add(pair)

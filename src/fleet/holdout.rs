@@ -2,7 +2,7 @@
 
 use super::{Drive, Pair};
 use crate::trajectory::prepare::SEGMENT_MIN_S;
-use crate::trajectory::{Trajectory, is_nameless};
+use crate::trajectory::{Trajectory, driver_id};
 use std::collections::HashMap;
 
 /// Held-back data, to be scored and not to be calibrated on.
@@ -17,7 +17,7 @@ pub enum Held {
 /// The id of a driver: the name of the car, otherwise that of the trajectory; `None` without either.
 #[must_use]
 pub fn driver(pair: &Pair) -> Option<&str> {
-    Some(pair.name.as_str()).filter(|name| !is_nameless(name)).or(pair.trajectory.as_deref())
+    driver_id(&pair.name, pair.trajectory.as_deref())
 }
 
 impl Held {

@@ -72,7 +72,7 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         )?;
     }
     if let Some((evaluations, share)) = result.replicates.iter().filter_map(arrival).max() {
-        writeln!(text, "             within 0.1 %of its best after {evaluations} evaluations ({share} %)")?;
+        writeln!(text, "             within 0.1 % of its best after {evaluations} evaluations ({share} %)")?;
     }
     if let Some(cv) = result.cv {
         writeln!(text, "             coefficient of variation over replicates {:.3} %", 100.0 * cv)?;

@@ -149,6 +149,12 @@ pub fn is_nameless(car: &str) -> bool {
     is_number || car == "follower" || car.starts_with("car ") || car.starts_with("vehicle ")
 }
 
+/// The id of a driver: the name of the car, otherwise that of the trajectory; `None` without either.
+#[must_use]
+pub fn driver_id<'a>(name: &'a str, trajectory: Option<&'a str>) -> Option<&'a str> {
+    Some(name).filter(|name| !is_nameless(name)).or(trajectory)
+}
+
 impl Platoon {
     /// Faults of the signals that a follower needs; 1 is the car right behind the leader.
     #[must_use]

@@ -1,7 +1,7 @@
 //! Splits drives into parts and folds; each fold is left out of a fit and judged.
 
 use crate::diagnose::Drive;
-use crate::trajectory::{Trajectory, is_nameless};
+use crate::trajectory::driver_id;
 use std::collections::HashMap;
 
 /// Largest number of folds.
@@ -41,10 +41,8 @@ impl Unit {
     }
 }
 
-/// The id of the driver: the name of the car, otherwise that of the trajectory.
 fn driver(drive: &Drive) -> Option<&str> {
-    let Trajectory { name, id, .. } = &drive.trajectory;
-    Some(name).filter(|name| !is_nameless(name)).or(id.as_ref()).map(String::as_str)
+    driver_id(&drive.trajectory.name, drive.trajectory.id.as_deref())
 }
 
 /// Drives with their folds.
