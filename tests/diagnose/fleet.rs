@@ -108,6 +108,10 @@ fn an_effect_of_many_drivers_is_named_with_their_share() {
 fn drivers_who_differ_have_no_cause() {
     let outcome = diagnosed("none", &table(60, 0, 12));
     assert_eq!(outcome.verdict, Verdict::Nothing, "{:?}", outcome.causes);
+    let dead_zone = outcome.closed_loop.trials.iter().find(|trial| trial.causes == ["dead_zone"]);
+    let gain = dead_zone.map_or(0.0, |trial| trial.horizons[0].gain.max(trial.horizons[1].gain));
+    // With common settings only, it is 0.15.
+    assert!(gain < 0.08, "a dead zone gains {gain} although no driver has one");
     assert!(outcome.recommended.is_none() && outcome.fleet.expect("a fleet").share.is_none());
 }
 
