@@ -166,11 +166,14 @@ def _interrupted(exception: BaseException | None, what: str, level: int = 3) -> 
     warnings.warn(f"interrupted: {what}", stacklevel=level)
 
 
-def calibrate(drive: Any, model: ModelLike, *, progress: bool = True, **options: Unpack[Options]) -> _native.Fit:
+def calibrate(
+    drive: Any, model: ModelLike, *, folds: int | None = None, progress: bool = True, **options: Unpack[Options]
+) -> _native.Fit:
     """Calibrates a model on a drive; on several, one parameter set for all.
 
     ``drive``: a :class:`Drive`; a pandas, Polars or Arrow table or a mapping of arrays, as :class:`Drive` takes them; a path; or several of these in a list.
-    ``model``: a variant by name or id, or a :class:`Model` with extensions. ``progress``: whether a bar is shown.
+    ``model``: a variant by name or id, or a :class:`Model` with extensions. ``folds``: leave each driver out of one of this many further
+    calibrations; ``fit.to_dict()["held_back"]`` has the scores. ``progress``: whether a bar is shown.
 
     Options of reading are those of :func:`read`, such as ``columns`` for a table of other names and units. Settings, each a keyword:
 
@@ -191,6 +194,7 @@ def calibrate(drive: Any, model: ModelLike, *, progress: bool = True, **options:
     """
     settings, reading = _chosen(options, SETTINGS, _drives.OPTIONS)
     one = _settings(model, settings)
+    one = one if folds is None else one.folds(folds)
     drives, doubts = _drives.some(drive, reading)
     _tell([*doubts, *one.warnings(drives)], 2)
     with Bar(one.model, progress) as tell:

@@ -131,6 +131,11 @@ impl Calibration {
         Calibration { inner, most, ..self.clone() }
     }
 
+    /// The same with cross-validation in this number of folds.
+    fn folds(&self, folds: u64) -> Calibration {
+        Calibration { inner: self.inner.clone().folds(folds), ..self.clone() }
+    }
+
     /// The name of the model.
     #[getter]
     fn model(&self) -> String {

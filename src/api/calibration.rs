@@ -48,6 +48,8 @@ pub struct Calibration {
     pub(crate) search: calibrate::Calibration,
     pub(crate) selection: Selection,
     pub(crate) intervals: bool,
+    /// Number of folds of a cross-validation, if requested.
+    pub(crate) folds: Option<u64>,
     /// Largest number of simulations of a replicate, if requested.
     pub(crate) evaluations: Option<u64>,
     pub(crate) warn: fn(&str),
@@ -85,6 +87,7 @@ impl Calibration {
             search: calibrate::Calibration::default(),
             selection: Selection::default(),
             intervals: true,
+            folds: None,
             evaluations: None,
             warn: |_| {},
         }
@@ -186,6 +189,14 @@ impl Calibration {
         self
     }
 
+    /// Cross-validation of one parameter set for several drives: each driver is left out of one of this many further calibrations, and
+    /// scored with its parameters. Without it, no driver is left out.
+    #[must_use]
+    pub fn folds(mut self, folds: u64) -> Calibration {
+        self.folds = Some(folds);
+        self
+    }
+
     /// The evaluator: `auto` (the default), `lanes`, `gpu` or `reference`.
     ///
     /// # Errors
@@ -255,6 +266,7 @@ impl Calibration {
     ) -> Result<Fit, Error> {
         let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
         once(loaded.iter().map(|one| &one.trajectory))?;
+        self.fold_of(&loaded)?;
         let prepared = self.prepare(&loaded)?;
         let mut evaluator = self.build(&prepared.reference)?;
         // Work beside the search stops with the search, and reports no progress.
@@ -267,6 +279,7 @@ impl Calibration {
             progress(told)
         })?;
         result.drivers = apart;
+        result.held_back = self.left_out(&loaded, progress)?;
         result.compared = self.compared(&loaded, &mut |_| progress(last));
         Ok(Fit::of(result)?)
     }

@@ -9,6 +9,7 @@ pub(crate) mod error;
 pub(crate) mod extension;
 mod fit;
 pub(crate) mod fleet;
+mod folds;
 mod least_squares;
 pub(crate) mod model;
 pub(crate) mod once;

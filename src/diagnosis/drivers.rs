@@ -18,7 +18,6 @@ pub fn of_fleet(
         return Err(DiagnoseError::NoData);
     }
     let answer = race(request, &Policy::FLEET, progress)?;
-    let share = answer.share(request.seed)?;
     let entry = |model: Delivered| {
         let variant = model.causes.iter().try_fold(request.base, |variant, cause| variant.with(cause)).ok()?;
         Some(ModelEntry {
@@ -41,10 +40,7 @@ pub fn of_fleet(
         not_tried: answer.untried(request),
         base: answer.base().and_then(entry),
         extended: answer.recommended_model().and_then(entry),
-        fleet: Some(FleetEntry {
-            share: share.map(|share| ShareEntry::of(&answer, &share)),
-            ..entry_of(request, &answer)
-        }),
+        fleet: Some(FleetEntry { share: ShareEntry::of(&answer, request.seed), ..entry_of(request, &answer) }),
         held_back: "Each driver is left out of one of five fits. Gains are those on left-out drivers.".to_owned(),
         ..Outcome::new(effort, request.seed)
     };

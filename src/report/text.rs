@@ -128,8 +128,9 @@ pub(in crate::internal::report) fn scores_in_words(name: &str, scores: &Scores, 
         .collect();
     let mean = scores.mean.map_or("none".to_owned(), |mean| format!("{mean:.4}"));
     let mse = scores.mse_s_m2.map_or("none".to_owned(), |mse| format!("{mse:.3} m²"));
+    let folds = scores.folds.map_or(String::new(), |folds| format!(", in {folds} folds of drivers"));
     format!(
-        "{name}: {count}, mean {gof} {mean}, mean squared error of the spacing {mse}, {} fail; the worst: {}",
+        "{name}{folds}: {count}, mean {gof} {mean}, mean squared error of the spacing {mse}, {} fail; the worst: {}",
         scores.failed,
         worst.join(", ")
     )

@@ -149,6 +149,18 @@ fn joint_calibration_has_one_parameter_set() {
         .unwrap();
     assert_eq!(ends["held_back"]["drives"].as_array().unwrap().len(), 2);
     assert!(ends["data"][0]["samples"].as_u64() < result["data"][0]["samples"].as_u64());
+    // Two drivers in two folds: each is scored as the calibration on the other scores him.
+    let folds = ok(&[&arguments[..], &["--folds", "2", "--max-evaluations", "500"]].concat());
+    assert!(folds.contains("held back, in 2 folds of drivers: 2, mean nrmse-sva"), "{folds}");
+    let left_out: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    for (k, other) in [(0, 1), (1, 0)] {
+        let single = ["calibrate", text(&files[other]), "--joint", "--model", "idm", "--max-evaluations", "500"];
+        let single = [&single[..], &["--holdout", text(&files[k]), "--out", text(&scratch("cli", "fold")), "--json"]];
+        let single: Value = serde_json::from_str(&ok(&single.concat())).unwrap();
+        assert_eq!(left_out["held_back"]["drives"][k]["score"], single["held_back"]["drives"][0]["score"]);
+    }
+    let (code, error) = fails(&[&arguments[..], &["--folds", "3"]].concat());
+    assert!(code == 2 && error.contains("--folds 3: expected at least as many drivers, found 2"), "{error}");
     let copy = scratch("cli", "joint_copy").join("copy.csv");
     fs::copy(&files[0], &copy).unwrap();
     let (code, error) = fails(&[&arguments[..], &["--holdout", text(&copy)]].concat());

@@ -46,6 +46,9 @@ pub struct Args {
     /// for calibration. With --all they are those of the same driver id, and decide between models; files may be given several times
     #[arg(long, value_name = "SHARE|FILE", requires = "many", allow_negative_numbers = true)]
     pub holdout: Vec<String>,
+    /// With --joint: leave each driver out of one of this many further calibrations, whose parameters are scored on that driver
+    #[arg(long, value_name = "N", requires = "joint", conflicts_with = "holdout", allow_negative_numbers = true)]
+    pub folds: Option<u64>,
     /// Measure to minimise: nrmse-sva, rmse-s, u-sv, ...; weights after a colon: nrmse-sva:1,1,0.5. With --all, several
     #[arg(long = "gof", default_value = "nrmse-sva")]
     pub gofs: Vec<GoodnessOfFit>,
@@ -168,6 +171,7 @@ impl Args {
         calibration.evaluations = self.search.max_evaluations;
         calibration.selection = self.evaluator.selection()?;
         calibration.intervals = !self.search.no_intervals;
+        calibration.folds = self.folds;
         calibration.warn = warn;
         Ok(calibration)
     }

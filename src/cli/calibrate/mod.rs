@@ -166,6 +166,7 @@ fn one(
     folder: &Path,
 ) -> anyhow::Result<ResultFile> {
     once(loaded.iter().chain(held).map(|one| &one.trajectory))?;
+    calibration.fold_of(loaded)?;
     let prepared = calibration.prepare(loaded)?;
     let mut evaluator = calibration.build(&prepared.reference)?;
     // Before the work, so that an unwritable folder does not cost a calibration.
@@ -185,6 +186,11 @@ fn one(
         let trajectories: Vec<&Trajectory> = held.iter().map(|one| &one.trajectory).collect();
         let parameters = result.calibrated_variant()?.parameters;
         result.held_back = Some(scores_on(&reference, &parameters, &trajectories, &calibration.gof));
+    }
+    if calibration.folds.is_some() && !interrupt::asked() {
+        let mut bar = progress::Bar::new(&calibration.search);
+        result.held_back = calibration.left_out(loaded, &mut |progress| bar.update(progress))?;
+        bar.finish();
     }
     let go_on = || if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
     result.compared = if interrupt::asked() { None } else { calibration.compared(loaded, &mut |_| go_on()) };

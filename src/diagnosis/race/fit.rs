@@ -1,13 +1,15 @@
 //! Fits models at every horizon, to all parts of the drives and without each fold.
 
+use super::fleet::DriverFit;
 use super::loss::{Losses, Scale, Sizes};
-use super::own::{Own, SETTINGS};
+use super::mixture::Mixture;
 use super::parts::{Parts, Unit};
 use super::policy::Policy;
 use super::surface::Surface;
-use super::{HORIZONS, Horizon};
+use super::watching::Watching;
+use super::{HORIZONS, Horizon, OF_A_NAME};
 use crate::calibrate::Overrides;
-use crate::calibrate::descent::{Course, Surface as _, Walker, Watch, descend};
+use crate::calibrate::descent::{Course, Surface as _, Walker, descend};
 use crate::catalog::Variant;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::likelihood::model::{LEAD, Model, Space};
@@ -35,8 +37,6 @@ const OF_LAW: Plan = Plan { rough: 4, keep: 4, fine: 16 };
 const OF_CAUSE: Plan = Plan { rough: 2, keep: 2, fine: 8 };
 /// See [`OF_LAW`].
 const OF_FOLD: Plan = Plan { rough: 0, keep: 1, fine: 4 };
-/// Largest number of iterations for the own settings of a driver.
-const OF_DRIVER: usize = 4;
 /// Random candidates of a law, half of them again with textbook values; and the number of candidates that are searched from.
 const RANDOM: usize = 64;
 /// See [`RANDOM`].
@@ -46,11 +46,11 @@ const LEADING: usize = 2;
 /// See [`LEADING`].
 const SIZED: usize = 2;
 /// Gain of an iteration, as a share of the cost, below which a descent has converged.
-const TOLERANCE: f64 = 1e-4;
+pub(super) const TOLERANCE: f64 = 1e-4;
 /// Smallest desired speed of a law \[m/s\]; some laws divide by it.
 const LEAST_V_0: f64 = 5.0;
 /// The surface sets the correction from its horizon.
-const FREE: Pull = Pull { share: 0.0, soft: None };
+pub(super) const FREE: Pull = Pull { share: 0.0, soft: None };
 
 /// A model fitted at one horizon.
 #[derive(Debug, Clone)]
@@ -75,17 +75,10 @@ pub struct Judged {
     pub held: Losses,
     /// Number of times the model comes too close to the car ahead in parts left out, or fails.
     pub too_close: usize,
-}
-
-/// A driver with own settings.
-#[derive(Debug, Clone)]
-pub struct OwnFit {
-    /// The driver.
-    pub unit: usize,
-    /// The loss, with the penalty for the distance from the common parameters.
-    pub cost: f64,
-    /// The losses of the driver's parts.
-    pub losses: Losses,
+    /// Drivers of a fleet who are left out; empty for recordings and for whole drives.
+    pub drivers: Vec<DriverFit>,
+    /// The drivers with and without the causes; `None` for recordings, for whole drives, and for a model without a reference.
+    pub mixture: Option<Mixture>,
 }
 
 /// A model in the race.
@@ -108,6 +101,12 @@ impl Entry {
     #[must_use]
     pub fn whole_drives(&self) -> Option<&Fit> {
         self.fits.last()?.as_ref()
+    }
+
+    /// The drivers with and without its causes, at the horizon of names; `None` for recordings.
+    #[must_use]
+    pub fn mixture(&self) -> Option<Mixture> {
+        self.fits[OF_A_NAME].as_ref()?.judged.as_ref()?.mixture
     }
 
     /// The causes that it has in addition to `base`.
@@ -162,15 +161,6 @@ pub struct Field {
     trained: Vec<Vec<bool>>,
 }
 
-/// Never stops a descent.
-struct Unwatched;
-
-impl Watch for Unwatched {
-    fn spend(&mut self, _: usize) -> bool {
-        true
-    }
-}
-
 impl Field {
     /// Prepares drives in parts; the bounds replace those of the diagnosis.
     #[must_use]
@@ -212,15 +202,23 @@ impl Field {
         &self.all
     }
 
-    fn search(&self, surface: &Surface<'_>, starts: Vec<Vec<f64>>, plan: Plan) -> Result<Vec<Walker>, DiagnoseError> {
+    fn search(
+        surface: &Surface<'_>,
+        starts: Vec<Vec<f64>>,
+        plan: Plan,
+        watching: &Watching<'_>,
+    ) -> Result<Vec<Walker>, DiagnoseError> {
         let fixed = surface.fixed();
-        let course = |turns| Course { pull: FREE, turns, tolerance: TOLERANCE };
+        let descend = |places, turns| {
+            let course = Course { pull: FREE, turns, tolerance: TOLERANCE };
+            let walkers = descend(surface, places, &fixed, course, &mut &*watching)?;
+            watching.go_on().map(|()| best(walkers))
+        };
         let mut places = starts;
         if plan.rough > 0 {
-            let walkers = best(descend(surface, places, &fixed, course(plan.rough), &mut Unwatched)?);
-            places = walkers.into_iter().take(plan.keep).map(|walker| walker.place).collect();
+            places = descend(places, plan.rough)?.into_iter().take(plan.keep).map(|walker| walker.place).collect();
         }
-        Ok(best(descend(surface, places, &fixed, course(plan.fine), &mut Unwatched)?))
+        descend(places, plan.fine)
     }
 
     fn fit(&self, surface: &Surface<'_>, walker: &Walker) -> Result<Fit, DiagnoseError> {
@@ -234,8 +232,8 @@ impl Field {
     /// credit for that.
     ///
     /// # Errors
-    /// As [`Model::new`].
-    pub fn law(&self, variant: Variant) -> Result<Entry, DiagnoseError> {
+    /// As [`Model::new`]; [`DiagnoseError::Stopped`].
+    pub fn law(&self, variant: Variant, watching: &Watching<'_>) -> Result<Entry, DiagnoseError> {
         let led = extension_named(LEAD).and_then(|lead| variant.with(lead).ok());
         let model = self.model(led.unwrap_or(variant))?;
         let random = |i: usize| {
@@ -254,7 +252,7 @@ impl Field {
                 random.extend(random.iter().take(RANDOM / 2).map(textbook).collect::<Vec<_>>());
                 starts.extend(lowest(&surface, std::mem::take(&mut random), SEARCHED)?);
             }
-            let walkers = self.search(&surface, starts, OF_LAW)?;
+            let walkers = Self::search(&surface, starts, OF_LAW, watching)?;
             leading.extend(walkers.iter().take(LEADING).map(|walker| walker.place.clone()));
             fits.push(walkers.first().map(|walker| self.fit(&surface, walker)).transpose()?);
         }
@@ -271,6 +269,7 @@ impl Field {
         base: &Entry,
         added: &[&'static Extension],
         parts: &[&Entry],
+        watching: &Watching<'_>,
     ) -> Result<Option<Entry>, DiagnoseError> {
         let Ok(variant) = added.iter().try_fold(base.model.variant, |variant, cause| variant.with(cause)) else {
             return Ok(None);
@@ -301,7 +300,7 @@ impl Field {
             } else {
                 starts.extend(lowest(&surface, sized, SIZED)?);
             }
-            let walkers = self.search(&surface, starts, OF_CAUSE)?;
+            let walkers = Self::search(&surface, starts, OF_CAUSE, watching)?;
             leading.extend(walkers.iter().take(LEADING).map(|walker| walker.place.clone()));
             fits.push(walkers.first().map(|walker| self.fit(&surface, walker)).transpose()?);
         }
@@ -313,16 +312,30 @@ impl Field {
         Entry { causes, simulations: model.simulations(), model: model.space, fits, scales: self.scales.clone() }
     }
 
-    /// Fits a model without each fold, from its fit to all parts.
+    /// True if each driver has an own base law: over whole drives, and for one car, all drives have the same.
+    fn has_own_laws(&self, horizon: Horizon) -> bool {
+        self.parts.unit == Unit::Driver && !horizon.is_whole()
+    }
+
+    /// Fits a model without each fold, from its fit to all parts, and judges it on that fold. `reference` is the model that it extends.
     ///
     /// # Errors
     /// As [`Model::new`].
-    pub fn judge(&self, entry: &mut Entry) -> Result<(), DiagnoseError> {
+    pub fn judge(
+        &self,
+        entry: &mut Entry,
+        reference: Option<&Entry>,
+        watching: &Watching<'_>,
+    ) -> Result<(), DiagnoseError> {
         debug_assert_eq!(entry.fits.len(), HORIZONS, "a model is judged at every horizon");
         let model = self.model(entry.model.variant)?;
-        for (fit, horizon) in entry.fits.iter_mut().zip(Horizon::ALL) {
-            if let Some(fit) = fit {
-                fit.judged = self.judged(&model, horizon, &fit.place)?;
+        let added = reference.map_or(Vec::new(), |reference| entry.added_places(reference));
+        for (k, (fit, horizon)) in entry.fits.iter_mut().zip(Horizon::ALL).enumerate() {
+            let Some(fit) = fit else { continue };
+            fit.judged = self.judged(&model, horizon, &fit.place, watching)?;
+            if let Some(judged) = fit.judged.as_mut().filter(|_| self.has_own_laws(horizon)) {
+                let reference = reference.and_then(|reference| reference.fits[k].as_ref()?.judged.as_ref());
+                self.judge_drivers(&model, horizon, judged, (&added, reference), watching)?;
             }
         }
         entry.simulations += model.simulations();
@@ -330,10 +343,16 @@ impl Field {
     }
 
     /// `None` if a fold cannot be fitted: otherwise the judge of that fold would be a fit that has seen it.
-    fn judged(&self, model: &Model, horizon: Horizon, from: &[f64]) -> Result<Option<Judged>, DiagnoseError> {
+    fn judged(
+        &self,
+        model: &Model,
+        horizon: Horizon,
+        from: &[f64],
+        watching: &Watching<'_>,
+    ) -> Result<Option<Judged>, DiagnoseError> {
         let fold = |counts: &Vec<bool>| {
             let surface = self.surface(model, counts, horizon);
-            let walkers = self.search(&surface, vec![from.to_vec()], OF_FOLD)?;
+            let walkers = Self::search(&surface, vec![from.to_vec()], OF_FOLD, watching)?;
             Ok(walkers.first().map(|walker| surface.values(&walker.place)))
         };
         let folds: Vec<Option<Vec<f64>>> = self.trained.par_iter().map(fold).collect::<Result<_, DiagnoseError>>()?;
@@ -345,48 +364,11 @@ impl Field {
             if horizon.is_whole() {
                 too_close += surface.too_close(values, &Policy::DEFAULT.least_spacing)?;
             }
-            let losses = match self.parts.unit {
-                Unit::Driver if !horizon.is_whole() => {
-                    self.with_own_settings(&surface, values)?.into_iter().map(|own| own.losses).collect()
-                }
-                _ => surface.losses(std::slice::from_ref(values))?,
-            };
-            for losses in losses {
-                for (held, part) in held.parts.iter_mut().zip(losses.parts) {
-                    *held = held.take().or(part);
-                }
+            if !self.has_own_laws(horizon) {
+                held.take_from(surface.losses(std::slice::from_ref(values))?.remove(0));
             }
         }
-        Ok(Some(Judged { folds, held, too_close }))
-    }
-}
-
-impl Field {
-    /// Every driver who counts, with own settings.
-    ///
-    /// # Errors
-    /// [`DiagnoseError::Evaluate`].
-    pub fn with_own_settings(&self, surface: &Surface<'_>, common: &[f64]) -> Result<Vec<OwnFit>, DiagnoseError> {
-        let common = surface.place(common);
-        let mut held = surface.fixed();
-        held.extend((0..surface.model.symbols.len()).filter(|&k| !SETTINGS.contains(&surface.model.symbols[k])));
-        let mut drivers = self.parts.units.clone();
-        drivers.sort_unstable();
-        drivers.dedup();
-        let counts = |driver: usize| -> Vec<bool> {
-            self.parts.units.iter().zip(surface.counts).map(|(unit, counts)| *counts && *unit == driver).collect()
-        };
-        let one = |(unit, counts): &(usize, Vec<bool>)| {
-            let own = Own { surface: Surface { counts, ..*surface }, common: &common };
-            let course = Course { pull: FREE, turns: OF_DRIVER, tolerance: TOLERANCE };
-            let walkers = best(descend(&own, vec![common.clone()], &held, course, &mut Unwatched)?);
-            let (place, cost) = walkers.first().map_or((&common, f64::INFINITY), |walker| (&walker.place, walker.cost));
-            let losses = own.surface.losses(&[own.surface.values(place)])?.remove(0);
-            Ok(OwnFit { unit: *unit, cost, losses })
-        };
-        let masks = drivers.into_iter().map(|driver| (driver, counts(driver)));
-        let masks: Vec<(usize, Vec<bool>)> = masks.filter(|(_, mask)| mask.contains(&true)).collect();
-        masks.par_iter().map(one).collect()
+        Ok(Some(Judged { folds, held, too_close, drivers: Vec::new(), mixture: None }))
     }
 }
 
@@ -399,7 +381,7 @@ fn lowest(surface: &Surface<'_>, places: Vec<Vec<f64>>, most: usize) -> Result<V
 }
 
 /// Those with a finite cost, the best first.
-fn best(mut walkers: Vec<Walker>) -> Vec<Walker> {
+pub(super) fn best(mut walkers: Vec<Walker>) -> Vec<Walker> {
     walkers.retain(|walker| walker.cost.is_finite());
     walkers.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     walkers

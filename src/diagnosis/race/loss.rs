@@ -116,6 +116,13 @@ pub struct Losses {
 }
 
 impl Losses {
+    /// Adds the parts of others that are missing.
+    pub fn take_from(&mut self, other: Losses) {
+        for (own, part) in self.parts.iter_mut().zip(other.parts) {
+            *own = own.take().or(part);
+        }
+    }
+
     /// The logarithmic loss of every bin, part after part.
     #[must_use]
     pub fn logs(&self) -> Vec<f64> {

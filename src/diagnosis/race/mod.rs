@@ -6,14 +6,16 @@
 mod answer;
 mod evidence;
 mod fit;
+mod fleet;
 pub mod loss;
+mod mixture;
 mod not_followed;
 mod own;
 mod parts;
 mod policy;
 mod rule;
-mod share;
 pub mod surface;
+mod watching;
 
 pub use answer::{Delivered, combine};
 pub use evidence::{Evidence, Gain};
@@ -21,7 +23,7 @@ pub use fit::{Entry, Field, Fit, Judged};
 pub use not_followed::{NotFollowed, without};
 pub use parts::{Parts, Unit};
 pub use policy::{Policy, rounds};
-pub use share::Share;
+pub use watching::Watching;
 
 use crate::calibrate::Overrides;
 use crate::catalog::{BASES, Base, Variant};
@@ -177,22 +179,24 @@ impl First {
     ///
     /// # Errors
     /// As [`Field::model`].
-    fn fit(request: &Request<'_>, drives: &[Drive]) -> Result<First, DiagnoseError> {
+    fn fit(request: &Request<'_>, drives: &[Drive], watching: &Watching<'_>) -> Result<First, DiagnoseError> {
         let field = Field::new(Parts::of(drives, request.unit), request.bounds, request.seed);
-        let base = field.law(request.base)?;
+        let base = field.law(request.base, watching)?;
         let others: Vec<&Base> = BASES.iter().filter(|law| **law != request.base.base).collect();
         let law = |law: &&Base| {
             let variant = Variant { base: **law, extensions: Extensions::NONE, ..request.base };
             // Leave out a law that cannot be fitted.
-            Some((variant.name(), field.law(variant).ok()?))
+            Some((variant.name(), field.law(variant, watching).ok()?))
         };
         let laws = others.par_iter().filter_map(law).collect();
+        watching.go_on()?;
         let is_late = |set: &&Vec<&'static Extension>| set.iter().any(|cause| cause.family() == PHASE);
         let all = sets(request.causes);
-        let late: Vec<&Vec<&'static Extension>> = all.iter().filter(is_late).collect();
+        let single: Vec<&Vec<&'static Extension>> = all.iter().filter(is_late).collect();
         let of_late =
-            |set: &&Vec<&'static Extension>| late.iter().any(|late| set.iter().all(|cause| late.contains(cause)));
-        let late = with_causes(&field, &base, &all.iter().filter(of_late).cloned().collect::<Vec<_>>(), Vec::new())?;
+            |set: &&Vec<&'static Extension>| single.iter().any(|late| set.iter().all(|cause| late.contains(cause)));
+        let late: Vec<Vec<&'static Extension>> = all.iter().filter(of_late).cloned().collect();
+        let late = with_causes(&field, &base, &late, Vec::new(), watching)?;
         Ok(First { base, laws, late, field })
     }
 
@@ -213,7 +217,8 @@ impl First {
 /// # Errors
 /// As [`Field::model`].
 pub fn not_followed(request: &Request<'_>, policy: &Policy) -> Result<Vec<NotFollowed>, DiagnoseError> {
-    Ok(First::fit(request, request.drives)?.not_followed(request.drives, policy))
+    let mut silent = |_: Progress| ControlFlow::Continue(());
+    Ok(First::fit(request, request.drives, &Watching::new(&mut silent))?.not_followed(request.drives, policy))
 }
 
 /// Runs the race.
@@ -225,18 +230,15 @@ pub fn race(
     policy: &Policy,
     progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Answer, DiagnoseError> {
-    let mut show = |done: f64, stage: &str| match progress(Progress { done, stage: stage.to_owned() }) {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(DiagnoseError::Stopped),
-    };
-    show(0.0, "fitting the base and other laws")?;
-    let mut first = First::fit(request, request.drives)?;
+    let watching = Watching::new(progress);
+    watching.show(0.0, "fitting the base and other laws")?;
+    let mut first = First::fit(request, request.drives, &watching)?;
     let not_followed = first.not_followed(request.drives, policy);
     let mut simulations = 0;
     if not_followed.iter().any(|stretch| stretch.is_left_out) {
-        show(0.15, "the same without stretches that no model follows")?;
+        watching.show(0.15, "the same without stretches that no model follows")?;
         simulations = first.simulations();
-        first = First::fit(request, &without(request.drives, &not_followed, policy))?;
+        first = First::fit(request, &without(request.drives, &not_followed, policy), &watching)?;
     }
     let First { field, mut base, laws, late } = first;
     let bins: Vec<usize> = field.sizes.iter().map(loss::Sizes::count).collect();
@@ -270,24 +272,23 @@ pub fn race(
         answer.tried.not_testable = Some(why);
         return Ok(answer);
     }
-    show(0.25, "the base on unseen drives")?;
-    answer.field.judge(&mut base)?;
+    watching.show(0.25, "the base on unseen drives")?;
+    answer.field.judge(&mut base, None, &watching)?;
     answer.simulations += base.simulations;
     if held(&base).is_none() {
         answer.tried.not_testable =
             Some(format!("{}: no parameters were found that complete the drives", request.base));
         return Ok(answer);
     }
-    show(0.3, "other laws on unseen drives")?;
-    let others = judged(&mut answer, laws, &base)?;
+    watching.show(0.3, "other laws on unseen drives")?;
+    let others = judged(&mut answer, laws, &base, &watching)?;
     answer.entries.push(base);
     let mut late = Some(late);
     let mut share = 0.4;
     for _ in 0..request.rounds {
-        show(share, "every cause on unseen drives")?;
+        watching.show(share, "every cause on unseen drives")?;
         let known = late.take().unwrap_or_default();
-        let mut show = |part: f64, stage: &str| show(share + 0.3 * part, stage);
-        let found = round(&mut answer, request, policy, &others, known, &mut show)?;
+        let found = round(&mut answer, request, policy, &others, known, share, &watching)?;
         share += 0.3;
         if !found {
             break;
@@ -313,10 +314,15 @@ fn too_few(parts: &Parts, bins: usize, unit: Unit, policy: &Policy) -> Option<St
 }
 
 /// The other laws, judged.
-fn judged(answer: &mut Answer, laws: Vec<(String, Entry)>, base: &Entry) -> Result<Vec<(String, Rows)>, DiagnoseError> {
+fn judged(
+    answer: &mut Answer,
+    laws: Vec<(String, Entry)>,
+    base: &Entry,
+    watching: &Watching<'_>,
+) -> Result<Vec<(String, Rows)>, DiagnoseError> {
     let field = &answer.field;
     let judged = |(name, mut entry): (String, Entry)| {
-        field.judge(&mut entry)?;
+        field.judge(&mut entry, None, watching)?;
         Ok((name, entry.simulations, held(&entry)))
     };
     let all: Vec<(String, u64, Option<Rows>)> =
@@ -338,6 +344,7 @@ fn with_causes(
     own: &Entry,
     sets: &[Vec<&'static Extension>],
     known: Vec<Entry>,
+    watching: &Watching<'_>,
 ) -> Result<Vec<Entry>, DiagnoseError> {
     let mut all = known;
     for is_single in [true, false] {
@@ -350,7 +357,7 @@ fn with_causes(
                 .iter()
                 .filter(|entry| matches!(entry.added(own), [part] if set.len() > 1 && set.contains(part)))
                 .collect();
-            field.with_causes(own, set, &parts)
+            field.with_causes(own, set, &parts, watching)
         };
         let found: Vec<Option<Entry>> = new.par_iter().map(one).collect::<Result<_, DiagnoseError>>()?;
         all.extend(found.into_iter().flatten());
@@ -366,7 +373,8 @@ fn round(
     policy: &Policy,
     laws: &[(String, Rows)],
     known: Vec<Entry>,
-    show: &mut dyn FnMut(f64, &str) -> Result<(), DiagnoseError>,
+    done: f64,
+    watching: &Watching<'_>,
 ) -> Result<bool, DiagnoseError> {
     let (field, own) = (&answer.field, &answer.entries[answer.winner.unwrap_or(0)]);
     let reference = held(own).expect("what causes are added to is judged");
@@ -375,10 +383,10 @@ fn round(
         set.iter().all(|cause| !own.causes.contains(cause)) && (is_first || set.len() == 1)
     };
     let sets: Vec<Vec<&'static Extension>> = sets(request.causes).into_iter().filter(new).collect();
-    let mut entered = with_causes(field, own, &sets, known)?;
-    show(0.6, "judging causes on unseen drives")?;
+    let mut entered = with_causes(field, own, &sets, known, watching)?;
+    watching.show(done + 0.2, "judging causes on unseen drives")?;
     let worth = entered.par_iter_mut().filter(|entry| entry.is_worth(own, policy.worth_trying));
-    worth.try_for_each(|entry| field.judge(entry))?;
+    worth.try_for_each(|entry| field.judge(entry, Some(own), watching))?;
     answer.simulations += entered.iter().map(|entry| entry.simulations).sum::<u64>();
     let in_training = trained(own);
     let left: Vec<Rows> = entered
@@ -464,7 +472,9 @@ fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Opt
     let with_all = (0..entered.len()).filter(|&k| !families.is_empty() && families.iter().all(|family| has(k, family)));
     let best = with_all.min_by(|&a, &b| simplest(entered, a, b, &|k| -table.rows[k].t))?;
     let row = &table.rows[best];
-    if row.p > policy.chance_of_a_name || row.gains[OF_A_NAME].share < policy.least_gain {
+    // The gain of the drivers who have the cause.
+    let share = entered[best].mixture().map_or(1.0, |mixture| mixture.share);
+    if row.p > policy.chance_of_a_name || row.gains[OF_A_NAME].share < policy.least_gain * share {
         return None;
     }
     let is_named = |cause: &&'static Extension| families.contains(&cause.family());

@@ -1,18 +1,18 @@
-//! A driver's own settings. Drivers keep different headways, and a pooled law makes these differences look like a cause, such as a dead
-//! zone. So a driver who is left out of the fits first gets own settings, near the common ones, under every model alike; all other
-//! parameters stay those of the other drivers.
+//! A driver's own base law: near the common one, by a penalty for the distance.
 
+use super::fit::{FREE, TOLERANCE, best};
 use super::loss::SIGNALS;
 use super::surface::Surface;
+use super::watching::Watching;
 use crate::calibrate::descent;
+use crate::calibrate::descent::{Course, Walker, descend};
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::likelihood::space::Axis;
 use crate::evaluator::{Pull, Slopes};
-use crate::symbols::Symbol;
 
-/// The parameters that are a driver's own. With own gains, too, a law follows a drive of some seconds without any cause.
-pub const SETTINGS: [Symbol; 3] = [Symbol::v_0, Symbol::d_0, Symbol::t_h];
-/// Standard deviation of a setting over drivers, as a share of the common value: headways of human drivers differ by about a third.
+/// Largest number of iterations: a driver's law is near the common one.
+const TURNS: usize = 4;
+/// Standard deviation of a parameter over drivers, as a share of the common value: headways of human drivers differ by about a third.
 const SPREAD: f64 = 0.35;
 /// Smallest standard deviation, as a share of the axis: a common value of zero has no share.
 const LEAST: f64 = 0.01;
@@ -27,6 +27,17 @@ pub struct Own<'a> {
 }
 
 impl Own<'_> {
+    /// The driver's own parameters, except those in `held`; `None` if the drives cannot be simulated.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Evaluate`], [`DiagnoseError::Stopped`].
+    pub fn descend(&self, held: &[usize], watching: &Watching<'_>) -> Result<Option<Walker>, DiagnoseError> {
+        let course = Course { pull: FREE, turns: TURNS, tolerance: TOLERANCE };
+        let walkers = descend(self, vec![self.common.to_vec()], held, course, &mut &*watching)?;
+        watching.go_on()?;
+        Ok(best(walkers).into_iter().next())
+    }
+
     /// Weights of the squared distances: each error of a bin counts as one observation, because errors last for some seconds.
     fn weights(&self) -> Vec<f64> {
         let counts = self.surface.sizes.iter().zip(self.surface.counts);

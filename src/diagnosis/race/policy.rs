@@ -14,7 +14,7 @@ pub struct Policy {
     pub least_bins: usize,
     /// Largest probability of a name by chance, adjusted for all models of a race \[-\].
     pub chance_of_a_name: f64,
-    /// Smallest gain of a name at the middle horizon, as a share of the error \[-\]: in gusts, a model with a delay predicts the next
+    /// Smallest gain of a name at the middle horizon, as a share of the error of those who have the cause \[-\]: in gusts, a model with a delay predicts the next
     /// seconds some per cent better, because a gust lasts; over a quarter of a minute this gain vanishes.
     pub least_gain: f64,
     /// Largest gain that `power` reports, as a share of the error \[-\]: drives that only show larger ones show nothing.
@@ -23,6 +23,9 @@ pub struct Policy {
     pub chance: f64,
     /// Level of the confidence set \[-\].
     pub set: f64,
+    /// Smallest share of the causes of a recommended model that are of named families \[-\]: those of one car may not carry over to other
+    /// drives, but hundreds of left-out drivers show what a further cause gains.
+    pub named: f64,
     /// Smallest gain over whole drives in standard errors \[-\]: a recommended model has to gain in its use, and the shorter horizons give
     /// the evidence.
     pub whole_drives: f64,
@@ -63,6 +66,7 @@ impl Policy {
         most_power: 0.5,
         chance: 0.05,
         set: 0.95,
+        named: 1.0,
         whole_drives: 1.0,
         spread: 2.5,
         none: 0.02,
@@ -78,7 +82,7 @@ impl Policy {
     };
 
     /// The policy for a fleet. A pooled model follows an unusual driver badly over whole drives, so no stretch is left out.
-    pub const FLEET: Policy = Policy { not_followed: f64::INFINITY, excess: 1.0, ..Policy::DEFAULT };
+    pub const FLEET: Policy = Policy { named: 0.5, not_followed: f64::INFINITY, excess: 1.0, ..Policy::DEFAULT };
 }
 
 /// Largest number of rounds: the first finds a cause or a pair, each further one adds a cause and costs as much.

@@ -20,10 +20,9 @@ pub fn checks(
     let added = entry.added(base);
     let whole = &evidence.gains[HORIZONS - 1];
     let is_named = |cause: &&&'static Extension| named.iter().any(|named| named.family() == cause.family());
-    let unnamed = added.len() - added.iter().filter(is_named).count();
+    let share_named = added.iter().filter(is_named).count() as f64 / added.len().max(1) as f64;
     vec![
-        // A cause that cannot be distinguished from others is not a property of the car, and may not carry over to other drives.
-        Check::at_most("causes of families that are not named", unnamed as f64, 0.0),
+        Check::at_least("share of its causes that are of named families", share_named, policy.named),
         Check::at_most("probability by chance", evidence.p, policy.chance),
         Check::at_least("gain over whole drives, in standard errors", whole.t, policy.whole_drives),
         Check::at_most(

@@ -184,6 +184,9 @@ pub struct Scores {
     pub mse_s_m2: Option<f64>,
     /// Number of drives on which the simulation fails.
     pub failed: usize,
+    /// Number of folds, if each drive was left out of one of several calibrations.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub folds: Option<u64>,
     /// Drive by drive.
     pub drives: Vec<DriveScore>,
 }
@@ -201,6 +204,7 @@ impl Scores {
             mean: mean(&|drive| drive.score),
             mse_s_m2: mean(&mse),
             failed: drives.iter().filter(|drive| drive.score.is_none()).count(),
+            folds: None,
             drives,
         }
     }

@@ -1,0 +1,86 @@
+//! Drivers with a cause, and drivers without it.
+
+/// Sizes of the causes that are tried, as multiples of the common one: where few drivers have them, the common size is much too small.
+pub const SIZES: [f64; 5] = [1.0, 1.5, 2.0, 3.0, 4.5];
+/// Halvings of the range of a share, to far below its error.
+const HALVINGS: usize = 20;
+
+/// For a driver: log-likelihoods with the causes at each size, over that without them.
+pub type Ratios = [f64; SIZES.len()];
+
+/// Drivers without a cause, and drivers with one size of it.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Mixture {
+    /// Share of the drivers with the cause.
+    pub share: f64,
+    /// Position of their size in [`SIZES`].
+    size: usize,
+    /// Log-likelihood of all drivers over that without the cause.
+    likelihood: f64,
+}
+
+impl Mixture {
+    /// The mixture with the largest likelihood.
+    #[must_use]
+    pub fn of(drivers: &[&Ratios]) -> Mixture {
+        let one = |size: usize| {
+            let share = share_at(drivers, size);
+            let mixture = Mixture { share, size, likelihood: 0.0 };
+            Mixture { likelihood: drivers.iter().map(|driver| mixture.log_likelihood(driver)).sum(), ..mixture }
+        };
+        (0..SIZES.len()).map(one).max_by(|a, b| a.likelihood.total_cmp(&b.likelihood)).expect("there are sizes")
+    }
+
+    /// Size of the cause of these drivers, as a multiple of the common one.
+    #[must_use]
+    pub fn size(&self) -> f64 {
+        SIZES[self.size]
+    }
+
+    /// Log-likelihood of a driver over that without the cause.
+    #[must_use]
+    pub fn log_likelihood(&self, driver: &Ratios) -> f64 {
+        let ratio = driver[self.size];
+        // Whichever term is larger comes out of the logarithm, so that none overflows.
+        let largest = ratio.max(0.0);
+        largest + ((1.0 - self.share) * (-largest).exp() + self.share * (ratio - largest).exp()).ln()
+    }
+}
+
+/// The share with the largest likelihood, which is concave in the share.
+fn share_at(drivers: &[&Ratios], size: usize) -> f64 {
+    let slope = |share: f64| -> f64 {
+        let one = |driver: &&Ratios| {
+            let ratio = driver[size].exp();
+            if ratio.is_infinite() { 1.0 / share } else { (ratio - 1.0) / (1.0 - share + share * ratio) }
+        };
+        drivers.iter().map(one).sum()
+    };
+    let [mut low, mut high] = [0.0, 1.0];
+    for _ in 0..HALVINGS {
+        let middle = 0.5 * (low + high);
+        if slope(middle) > 0.0 { low = middle } else { high = middle }
+    }
+    0.5 * (low + high)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// Drivers with a cause of twice the common size, seen with noise, and drivers without it.
+    #[test]
+    fn a_mixture_gives_its_share_and_size() {
+        let driver = |k: usize| {
+            let own = if k % 10 < 3 { 2.0 } else { 0.0 };
+            let noise = 0.6 * (7.3 * k as f64).sin();
+            std::array::from_fn(|i| 2.0 * ((own + noise).powi(2) - (own + noise - SIZES[i]).powi(2)))
+        };
+        let all: Vec<Ratios> = (0..400).map(driver).collect();
+        let Mixture { share, size, .. } = Mixture::of(&all.iter().collect::<Vec<_>>());
+        assert!((share - 0.3).abs() < 0.04 && SIZES[size] == 2.0, "{share} {}", SIZES[size]);
+        let none: Vec<Ratios> =
+            all.iter().enumerate().filter(|(k, _)| k % 10 >= 3).map(|(_, driver)| *driver).collect();
+        assert!(Mixture::of(&none.iter().collect::<Vec<_>>()).share < 0.06);
+    }
+}
