@@ -266,6 +266,47 @@ impl Reading {
         Ok(Loaded { trajectory, vehicle, twin: None })
     }
 
+    /// The drives of a file for one parameter set: those of the chosen follower, or of every follower.
+    #[cfg(feature = "cli")]
+    pub(crate) fn joint(
+        &self,
+        input: Input<'_>,
+        follower: Option<&str>,
+        variant: &Variant,
+        warn: &mut dyn FnMut(String),
+    ) -> anyhow::Result<Vec<Loaded>> {
+        let recording = self.open(input)?;
+        let has_several = match recording.is_of_numbered_cars() {
+            true => recording.platoons.iter().any(|platoon| platoon.cars.len() > 2),
+            false => has_several_followers(&recording),
+        };
+        if follower.is_some() || self.trajectory.is_some() || !has_several {
+            let (recording, follower) = self.read(input, follower)?;
+            return self.pick_all(&recording, follower, variant, true, warn);
+        }
+        let (found, left_out) = self.pairs(input, None, variant.needs_vehicle().then_some(variant))?;
+        left_out.into_iter().for_each(&mut *warn);
+        let (count, mut drives, mut unusable) = (found.len(), Vec::new(), Vec::new());
+        for Found { name, drive, .. } in found {
+            match drive {
+                Ok(loaded) => drives.push(loaded),
+                Err(error) => unusable.push((name, error)),
+            }
+        }
+        let path = input.shown();
+        match unusable.first() {
+            Some((name, error)) if !drives.is_empty() => warn(format!(
+                "{path}: {} of {count} pairs cannot be used; the first of them is {name}: {error:#}",
+                unusable.len()
+            )),
+            _ => {}
+        }
+        match unusable.into_iter().next() {
+            Some((_, error)) if drives.is_empty() => Err(error),
+            _ => Ok(drives),
+        }
+    }
+
     /// Every requested trajectory, in that order; with `all` every usable one of the file, if none is requested.
     #[cfg(feature = "cli")]
     pub(crate) fn pick_all(

@@ -7,6 +7,7 @@ use leadlag::{Diagnosis, Pairs, Reading};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::fmt::Write;
+use std::ops::ControlFlow;
 
 /// Step of the simulation \[s\], and number of steps between samples.
 const STEP: f64 = 0.02;
@@ -81,12 +82,16 @@ lead_speed = { name = "lead_speed_mps", unit = "m/s" }
 gap = { name = "spacing_m", unit = "m" }
 "#;
 
-fn diagnosed(name: &str, table: &str) -> Outcome {
+fn pairs(name: &str, table: &str) -> Pairs {
     let folder = scratch("diagnose_fleet", name);
     std::fs::write(folder.join("map.toml"), MAP).expect("can be written");
     let mut reading = Reading::default();
     reading.columns = Some(folder.join("map.toml").display().to_string());
-    let pairs = Pairs::of_text(&reading, table.as_bytes(), "events.csv").expect("readable");
+    Pairs::of_text(&reading, table.as_bytes(), "events.csv").expect("readable")
+}
+
+fn diagnosed(name: &str, table: &str) -> Outcome {
+    let pairs = pairs(name, table);
     let findings = Diagnosis::of("idm").and_then(|d| d.effort("quick")).and_then(|d| d.run_all(&pairs));
     serde_json::from_str(&findings.expect("it runs").to_json()).expect("a result")
 }
@@ -113,6 +118,20 @@ fn drivers_who_differ_have_no_cause() {
     // With common settings only, it is 0.15.
     assert!(gain < 0.08, "a dead zone gains {gain} although no driver has one");
     assert!(outcome.recommended.is_none() && outcome.fleet.expect("a fleet").share.is_none());
+}
+
+/// A stage takes minutes, so the end of one is too late.
+#[test]
+fn a_request_to_stop_ends_a_stage() {
+    let (mut last, mut stopped_in) = (String::new(), None);
+    let diagnosis = Diagnosis::of("idm").expect("a law");
+    let found = diagnosis.run_all_on(&pairs("stop", &table(40, 0, 13)), &mut |progress| {
+        let is_same = std::mem::replace(&mut last, progress.stage.clone()) == progress.stage;
+        stopped_in = stopped_in.take().or_else(|| is_same.then(|| progress.stage.clone()));
+        if stopped_in.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    });
+    assert!(stopped_in.is_some() && found.is_err(), "the stages were not asked within: {found:?}");
+    assert_eq!(stopped_in, Some(last), "another stage began");
 }
 
 #[test]

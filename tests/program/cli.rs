@@ -154,8 +154,9 @@ fn joint_calibration_has_one_parameter_set() {
     assert!(folds.contains("held back, in 2 folds of drivers: 2, mean nrmse-sva"), "{folds}");
     let left_out: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
     for (k, other) in [(0, 1), (1, 0)] {
+        let fold = scratch("cli", "fold");
         let single = ["calibrate", text(&files[other]), "--joint", "--model", "idm", "--max-evaluations", "500"];
-        let single = [&single[..], &["--holdout", text(&files[k]), "--out", text(&scratch("cli", "fold")), "--json"]];
+        let single = [&single[..], &["--holdout", text(&files[k]), "--out", text(&fold), "--json"]];
         let single: Value = serde_json::from_str(&ok(&single.concat())).unwrap();
         assert_eq!(left_out["held_back"]["drives"][k]["score"], single["held_back"]["drives"][0]["score"]);
     }
@@ -165,6 +166,14 @@ fn joint_calibration_has_one_parameter_set() {
     fs::copy(&files[0], &copy).unwrap();
     let (code, error) = fails(&[&arguments[..], &["--holdout", text(&copy)]].concat());
     assert!(code == 2 && error.contains("has samples of"), "{error}");
+
+    // Without --follower, all followers of a platoon have one parameter set.
+    let (file, out) = (folder.join("platoon.csv"), scratch("cli", "joint_platoon"));
+    let all = ["calibrate", text(&file), "--joint", "--model", "idm", "--out", text(&out), "--max-evaluations", "500"];
+    ok(&all);
+    let whole: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    let followers: Vec<_> = whole["data"].as_array().unwrap().iter().map(|data| data["follower"].clone()).collect();
+    assert!(followers.len() > 2 && followers[..3] == [1, 2, 3], "{followers:?}");
 
     let out = scratch("cli", "one_by_one");
     let arguments = ["calibrate", text(&files[0]), text(&files[1]), "--model", "idm", "--out", text(&out)];

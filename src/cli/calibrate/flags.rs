@@ -33,7 +33,7 @@ pub struct Args {
     /// Folder for result.json, timing.json, simulation.csv and plot.svg; with --all for parameters.csv, parameters.parquet and fleet.json
     #[arg(short, long, value_name = "DIR")]
     pub out: PathBuf,
-    /// One parameter set for all files, and for every trajectory of a table
+    /// One parameter set for all files, and for every pair of a file unless --follower selects one
     #[arg(long, group = "many")]
     pub joint: bool,
     /// Calibrate every leader-follower pair separately, into one table of parameters. Repeat the command to resume after an interruption

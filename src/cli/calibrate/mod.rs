@@ -108,11 +108,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     Ok(())
 }
 
-/// The trajectories of one file: the chosen one, or each requested one, or with --joint every one of a table.
+/// The trajectories of one file: the chosen one, or each requested one, or with --joint every one.
 fn load(args: &Args, file: &Path, model: &Variant) -> anyhow::Result<Vec<Loaded>> {
-    let reading = args.data.reading();
-    let (recording, follower) = reading.read(Input::File(file), args.follower.as_deref())?;
-    reading.pick_all(&recording, follower, model, args.joint, &mut |text| warn(&text))
+    let (reading, follower) = (args.data.reading(), args.follower.as_deref());
+    if args.joint {
+        return reading.joint(Input::File(file), follower, model, &mut |text| warn(&text));
+    }
+    let (recording, follower) = reading.read(Input::File(file), follower)?;
+    reading.pick_all(&recording, follower, model, false, &mut |text| warn(&text))
 }
 
 /// The drives that are held back: the ends of the loaded ones, which are cut off, or those of other files.

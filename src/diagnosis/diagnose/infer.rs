@@ -1,5 +1,6 @@
 //! The whole inference: base, rounds, removal of superfluous causes, unexplained structure, other laws, verdict.
 
+use crate::diagnose::Watching;
 use crate::diagnose::answer::Answer;
 use crate::diagnose::describe::specification::leftovers;
 use crate::diagnose::likelihood::model::{LEAD, Model, is_lead};
@@ -37,11 +38,10 @@ pub fn infer_with(
     if question.train.is_empty() {
         return Err(DiagnoseError::NoData);
     }
-    let mut tell = |done: f64, stage: &str| match progress(Progress { done, stage: stage.to_owned() }) {
-        ControlFlow::Continue(()) => Ok(()),
-        ControlFlow::Break(()) => Err(DiagnoseError::Stopped),
-    };
-    let setting = Context::new(question, extension_named(LEAD));
+    let watching = Watching::new(progress);
+    let tell = |done: f64, stage: &str| watching.show(done, stage);
+    let go_on = || watching.go_on();
+    let setting = Context { go_on: &go_on, ..Context::new(question, extension_named(LEAD)) };
     tell(0.0, "calibrating the base model")?;
     let base = calibrate_base(&setting, question.base, spending)?
         .ok_or_else(|| DiagnoseError::NoBase { variant: question.base.name() })?;

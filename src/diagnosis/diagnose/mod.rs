@@ -18,6 +18,7 @@ pub mod question;
 mod revision;
 pub mod search;
 pub mod select;
+mod watching;
 
 pub use drive::{Drive, DriveError, Jump};
 pub use infer::{infer, infer_with};
@@ -26,3 +27,4 @@ pub use outcome::{Adopted, Estimate, Fitted, Inference, LeftOver, NotTestable, T
 pub use policy::{POLICY, Policy};
 pub use question::{DiagnoseError, Effort, Progress, Question};
 pub use revision::{DIAGNOSIS_REVISION, PROGRAM};
+pub use watching::Watching;

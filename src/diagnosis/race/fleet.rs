@@ -9,10 +9,9 @@ use super::loss::{Losses, SIGNALS};
 use super::mixture::{Mixture, Ratios, SIZES};
 use super::own::Own;
 use super::surface::Surface;
-use super::watching::Watching;
 use super::{Entry, Horizon};
-use crate::diagnose::DiagnoseError;
 use crate::diagnose::likelihood::model::Model;
+use crate::diagnose::{DiagnoseError, Watching};
 use rayon::prelude::*;
 
 /// A driver who is left out.

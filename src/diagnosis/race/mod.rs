@@ -15,7 +15,6 @@ mod parts;
 mod policy;
 mod rule;
 pub mod surface;
-mod watching;
 
 pub use answer::{Delivered, combine};
 pub use evidence::{Evidence, Gain};
@@ -23,12 +22,11 @@ pub use fit::{Entry, Field, Fit, Judged};
 pub use not_followed::{NotFollowed, without};
 pub use parts::{Parts, Unit};
 pub use policy::{Policy, rounds};
-pub use watching::Watching;
 
 use crate::calibrate::Overrides;
 use crate::catalog::{BASES, Base, Variant};
 use crate::diagnose::likelihood::model::{LEAD, PHASE};
-use crate::diagnose::{DiagnoseError, Drive, Progress};
+use crate::diagnose::{DiagnoseError, Drive, Progress, Watching};
 use crate::extension::{Extension, Extensions};
 use crate::judge::{Check, Resamples, mean};
 use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, LawEntry, Power, Trial};
@@ -469,14 +467,16 @@ fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Opt
     families.dedup();
     members.sort_unstable();
     members.dedup();
-    let with_all = (0..entered.len()).filter(|&k| !families.is_empty() && families.iter().all(|family| has(k, family)));
-    let best = with_all.min_by(|&a, &b| simplest(entered, a, b, &|k| -table.rows[k].t))?;
+    let gains = |k: usize| {
+        // The limit is for the drivers who have the cause.
+        let share = entered[k].mixture().map_or(1.0, |mixture| mixture.share);
+        let row = &table.rows[k];
+        row.p <= policy.chance_of_a_name && row.gains[OF_A_NAME].share >= policy.least_gain * share
+    };
+    let has_all = |k: usize| !families.is_empty() && families.iter().all(|family| has(k, family));
+    let best = (0..entered.len()).filter(|&k| has_all(k) && gains(k));
+    let best = best.min_by(|&a, &b| simplest(entered, a, b, &|k| -table.rows[k].t))?;
     let row = &table.rows[best];
-    // The gain of the drivers who have the cause.
-    let share = entered[best].mixture().map_or(1.0, |mixture| mixture.share);
-    if row.p > policy.chance_of_a_name || row.gains[OF_A_NAME].share < policy.least_gain * share {
-        return None;
-    }
     let is_named = |cause: &&'static Extension| families.contains(&cause.family());
     let causes: Vec<&'static Extension> = entered[best].causes.iter().copied().filter(is_named).collect();
     let mut rivals = Vec::new();

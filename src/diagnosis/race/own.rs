@@ -3,11 +3,10 @@
 use super::fit::{FREE, TOLERANCE, best};
 use super::loss::SIGNALS;
 use super::surface::Surface;
-use super::watching::Watching;
 use crate::calibrate::descent;
 use crate::calibrate::descent::{Course, Walker, descend};
-use crate::diagnose::DiagnoseError;
 use crate::diagnose::likelihood::space::Axis;
+use crate::diagnose::{DiagnoseError, Watching};
 use crate::evaluator::{Pull, Slopes};
 
 /// Largest number of iterations: a driver's law is near the common one.

@@ -16,7 +16,6 @@ use crate::symbols::{SearchKind, Symbol};
 use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Data, masks and the question; all threads share them.
-#[derive(Debug)]
 pub struct Context<'a> {
     /// The question.
     pub question: &'a Question<'a>,
@@ -30,6 +29,8 @@ pub struct Context<'a> {
     pub lead: Option<&'static Extension>,
     /// Number of simulated candidates so far.
     pub simulations: AtomicU64,
+    /// Whether to go on; asked before each fit.
+    pub go_on: &'a (dyn Fn() -> Result<(), DiagnoseError> + Sync),
 }
 
 impl<'a> Context<'a> {
@@ -48,6 +49,7 @@ impl<'a> Context<'a> {
             holdout: whole(&held, &held_dt),
             lead,
             simulations: AtomicU64::new(0),
+            go_on: &|| Ok(()),
         }
     }
 
@@ -147,6 +149,7 @@ impl FittedModel {
         starts: &[Point],
         plan: Plan,
     ) -> Result<Option<FittedModel>, DiagnoseError> {
+        (setting.go_on)()?;
         let axes = model.axes.clone();
         let before = model.simulations();
         let fits = fit(&model, &axes, &setting.whole, starts, plan)?;
@@ -172,6 +175,7 @@ impl FittedModel {
         let before = self.model.simulations();
         let mut held = [Vec::new(), Vec::new()];
         for (fold, held) in held.iter_mut().enumerate() {
+            (setting.go_on)()?;
             let start = [self.fit.point.clone()];
             let fits = fit_with(&self.model, &axes, &setting.folds[1 - fold], &start, FOLD_PLAN, prior.as_ref())?;
             let point = fits.first().map_or(&self.fit.point, |fit| &fit.point).clone();

@@ -305,7 +305,9 @@ fn hold_lead(variant: Variant, symbols: &[Symbol], axes: &mut [Axis], drives: &[
     if !(variant.delay || extensions.delay().is_some() || extensions.look_back().is_some() || late) {
         return;
     }
-    let step = drives.first().map_or(0.0, Drive::dt);
+    let mut steps: Vec<f64> = drives.iter().map(Drive::dt).collect();
+    steps.sort_by(f64::total_cmp);
+    let step = steps.get(steps.len() / 2).copied().unwrap_or(0.0);
     for (symbol, axis) in symbols.iter().zip(axes) {
         if is_lead(*symbol) {
             let half = (0.5 * step).clamp(axis.lower, axis.upper);

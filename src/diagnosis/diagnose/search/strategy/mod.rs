@@ -76,7 +76,6 @@ impl From<DiagnoseError> for Stop {
 pub type Values = Vec<(usize, f64)>;
 
 /// A cause to be tried on top of the present model.
-#[derive(Debug)]
 pub struct Task<'a> {
     /// Data and question.
     pub setting: &'a Context<'a>,

@@ -1,7 +1,7 @@
-//! Progress of a race, and its end on request.
+//! Progress of a diagnosis, and its end on request.
 
+use super::{DiagnoseError, Progress};
 use crate::calibrate::descent::Watch;
-use crate::diagnose::{DiagnoseError, Progress};
 use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
@@ -9,7 +9,7 @@ use std::time::{Duration, Instant};
 /// Time between two questions to the caller: an answer may cost a lock of an interpreter.
 const EVERY: Duration = Duration::from_millis(50);
 
-/// Shows the stages to the caller, and ends the descents of all threads soon after a request to stop.
+/// Shows the stages to the caller, and ends the work of all threads soon after a request to stop.
 pub struct Watching<'a>(Mutex<Inner<'a>>);
 
 struct Inner<'a> {
