@@ -44,7 +44,7 @@ impl<'a> Watching<'a> {
         if inner.stopped { Err(DiagnoseError::Stopped) } else { Ok(()) }
     }
 
-    /// Whether to go on.
+    /// Whether to continue.
     ///
     /// # Errors
     /// [`DiagnoseError::Stopped`] on request.

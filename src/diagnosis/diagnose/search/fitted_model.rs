@@ -29,7 +29,7 @@ pub struct Context<'a> {
     pub lead: Option<&'static Extension>,
     /// Number of simulated candidates so far.
     pub simulations: AtomicU64,
-    /// Whether to go on; asked before each fit.
+    /// Whether to continue; asked before each fit.
     pub go_on: &'a (dyn Fn() -> Result<(), DiagnoseError> + Sync),
 }
 
