@@ -24,7 +24,7 @@ def main():
     for part, file in files.items():
         events = numpy.load(data / f"{name}_{part}_data.npy", allow_pickle=True)
         table(((spacing, speed, ahead) for spacing, speed, _, ahead in events), file)
-    window = ["--from", str(HISTORY_S), "--to", str(LAST_S)]
+    window = ["--to", str(LAST_S), "--history", str(HISTORY_S)]
     for model, fit in fits(leadlag, out, files["val"], files["test"], BASE, lambda scores: scores["mse_s_m2"], window):
         rows = (f"{part} {fit[key]['mse_s_m2']:.2f} m², {fit[key]['failed']} fail" for part, key in (("val", "per_drive"), ("test", "held_back")))
         print(f"{name} {BASE} {model}: {'; '.join(rows)}")

@@ -167,12 +167,19 @@ def _interrupted(exception: BaseException | None, what: str, level: int = 3) -> 
 
 
 def calibrate(
-    drive: Any, model: ModelLike, *, folds: int | None = None, progress: bool = True, **options: Unpack[Options]
+    drive: Any,
+    model: ModelLike,
+    *,
+    history: float | None = None,
+    folds: int | None = None,
+    progress: bool = True,
+    **options: Unpack[Options],
 ) -> _native.Fit:
     """Calibrates a model on a drive; on several, one parameter set for all.
 
     ``drive``: a :class:`Drive`; a pandas, Polars or Arrow table or a mapping of arrays, as :class:`Drive` takes them; a path; or several of these in a list.
-    ``model``: a variant by name or id, or a :class:`Model` with extensions. ``folds``: leave each driver out of one of this many further
+    ``model``: a variant by name or id, or a :class:`Model` with extensions. ``history``: time at the start of each drive [s] in which the car is the
+    measured one; simulation and score begin after it, and delays are at most as long. ``folds``: leave each driver out of one of this many further
     calibrations; ``fit.to_dict()["held_back"]`` has the scores. ``progress``: whether a bar is shown.
 
     Options of reading are those of :func:`read`, such as ``columns`` for a table of other names and units. Settings, each a keyword:
@@ -194,6 +201,7 @@ def calibrate(
     """
     settings, reading = _chosen(options, SETTINGS, _drives.OPTIONS)
     one = _settings(model, settings)
+    one = one if history is None else one.history(history)
     one = one if folds is None else one.folds(folds)
     drives, doubts = _drives.some(drive, reading)
     _tell([*doubts, *one.warnings(drives)], 2)

@@ -131,6 +131,11 @@ impl Calibration {
         Calibration { inner, most, ..self.clone() }
     }
 
+    /// The same with this time at the start \[s\] in which the car is the measured one.
+    fn history(&self, seconds: f64) -> Calibration {
+        Calibration { inner: self.inner.clone().history(seconds), ..self.clone() }
+    }
+
     /// The same with cross-validation in this number of folds.
     fn folds(&self, folds: u64) -> Calibration {
         Calibration { inner: self.inner.clone().folds(folds), ..self.clone() }

@@ -22,7 +22,9 @@ use crate::result::assemble::Calibrated;
 use crate::result::{ComparedEntry, ResultFile};
 use crate::score::GoodnessOfFit;
 use crate::select::{Selection, Work};
+use crate::symbols::Symbol;
 use crate::trajectory::Trajectory;
+use crate::vehicle::Vehicle;
 use crate::wgsl::read_extension;
 use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
@@ -48,6 +50,8 @@ pub struct Calibration {
     pub(crate) search: calibrate::Calibration,
     pub(crate) selection: Selection,
     pub(crate) intervals: bool,
+    /// Time at the start of each drive in which the car is the measured one \[s\], if requested.
+    pub(crate) history_s: Option<f64>,
     /// Number of folds of a cross-validation, if requested.
     pub(crate) folds: Option<u64>,
     /// Largest number of simulations of a replicate, if requested.
@@ -87,6 +91,7 @@ impl Calibration {
             search: calibrate::Calibration::default(),
             selection: Selection::default(),
             intervals: true,
+            history_s: None,
             folds: None,
             evaluations: None,
             warn: |_| {},
@@ -186,6 +191,14 @@ impl Calibration {
     #[must_use]
     pub fn intervals(mut self, wanted: bool) -> Calibration {
         self.intervals = wanted;
+        self
+    }
+
+    /// Time at the start of each drive \[s\] in which the car is the measured one; the simulation and the score begin after it. A delay is at
+    /// most as long, so that models with and without a delay are scored on the same samples. Without it, a delay itself is the history.
+    #[must_use]
+    pub fn history(mut self, seconds: f64) -> Calibration {
+        self.history_s = Some(seconds);
         self
     }
 
@@ -343,7 +356,7 @@ impl Calibration {
         if let Some(other) = loaded.iter().find(|l| l.vehicle().map(|v| &v.slug) != vehicle.map(|v| &v.slug))
             && model.needs_vehicle()
         {
-            let name = |v: Option<&crate::vehicle::Vehicle>| v.map_or("unknown".to_owned(), |v| v.slug.clone());
+            let name = |v: Option<&Vehicle>| v.map_or("unknown".to_owned(), |v| v.slug.clone());
             let (one, two) = (name(vehicle), name(other.vehicle()));
             let message = format!("--joint: variant {model} needs one vehicle, found {one} and {two}; give --vehicle");
             return Err(Usage(message).into());
@@ -353,17 +366,36 @@ impl Calibration {
         let window =
             [ends(<[f64]>::first).fold(f64::INFINITY, f64::min), ends(<[f64]>::last).fold(f64::NEG_INFINITY, f64::max)];
         bound_times(&model, window, &mut overrides);
+        self.bound_delays(vehicle, &mut overrides);
         let space = SearchSpace::new(&model, vehicle, self.convention, &overrides)?;
         let mut cases = Vec::new();
         for l in loaded {
             let case = Case::new(&l.trajectory, model, l.vehicle(), self.convention, space.tau_p_upper())?;
-            cases.push(case.with_extension_delay(space.extension_delay_upper())?);
+            cases.push(case.with_extension_delay(space.extension_delay_upper())?.with_history(self.history_s)?);
         }
         Ok(Prepared { space, reference: Reference::new(cases, self.gof) })
     }
 
+    /// Limits delays to the history.
+    fn bound_delays(&self, vehicle: Option<&Vehicle>, overrides: &mut Overrides) {
+        let Some(history) = self.history_s else { return };
+        let own = self.model.delay.then_some(Symbol::tau_p);
+        for symbol in own.into_iter().chain(self.model.extensions.delay()) {
+            let name = symbol.name().to_owned();
+            let known = overrides.get(&name).copied().or_else(|| Case::bounds(symbol, vehicle, self.convention));
+            if let Some([lower, upper]) = known {
+                overrides.insert(name, [lower, upper.min(history)]);
+            }
+        }
+    }
+
     /// Refuses invalid numbers of replicates and simulations.
     pub(crate) fn check_numbers(&self) -> anyhow::Result<()> {
+        if let Some(seconds) = self.history_s
+            && !(seconds.is_finite() && seconds >= 0.0)
+        {
+            return Err(Usage(format!("--history {seconds}: expected a time in seconds, at least 0")).into());
+        }
         let (replicates, simulations) = (self.search.replicates, self.search.stop.max_evaluations);
         let (most, least) = (calibrate::REPLICATES_MAX, calibrate::EVALUATIONS_MIN);
         let message = match (replicates, simulations) {
@@ -470,6 +502,6 @@ impl Calibration {
             replicates,
             knowledge,
         };
-        Ok(calibrated.into_result())
+        Ok(ResultFile { history_s: self.history_s, ..calibrated.into_result() })
     }
 }

@@ -110,6 +110,7 @@ fn calibrated(folder: &Path, file: &FleetFile, row: &Shown) -> anyhow::Result<Ca
         parameters,
         tau_p_upper: if variant.delay { upper(Symbol::tau_p).unwrap_or(0.0) } else { 0.0 },
         extension_delay_upper: variant.extensions.delay().and_then(upper),
+        history_s: None,
     })
 }
 

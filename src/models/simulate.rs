@@ -35,6 +35,8 @@ pub struct CalibratedVariant {
     pub tau_p_upper: f64,
     /// Upper bound of the delay of an extension \[s\], if known; likewise.
     pub extension_delay_upper: Option<f64>,
+    /// Time at the start \[s\] in which the car was the measured one, if that was requested.
+    pub history_s: Option<f64>,
 }
 
 impl CalibratedVariant {
@@ -44,7 +46,7 @@ impl CalibratedVariant {
     /// As [`Case::new`].
     pub fn case(&self, trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> Result<Case, CaseError> {
         let case = Case::new(trajectory, self.variant, vehicle, self.convention, self.tau_p_upper)?;
-        case.with_extension_delay(self.extension_delay_upper)
+        case.with_extension_delay(self.extension_delay_upper)?.with_history(self.history_s)
     }
 }
 

@@ -175,6 +175,19 @@ fn joint_calibration_has_one_parameter_set() {
     let followers: Vec<_> = whole["data"].as_array().unwrap().iter().map(|data| data["follower"].clone()).collect();
     assert!(followers.len() > 2 && followers[..3] == [1, 2, 3], "{followers:?}");
 
+    // After the same history, models with and without a delay are scored on the same samples, and simulated again alike.
+    for model in ["idm", "idm+delay"] {
+        let out = scratch("cli", "history");
+        let history = ["--history", "0.7", "--max-evaluations", "500", "--out", text(&out)];
+        ok(&[&["calibrate", text(&files[0]), "--model", model], &history[..]].concat());
+        let result: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+        assert_eq!(result["data"][0]["first_scored"], 8, "{model}");
+        let again = ok(&["simulate", text(&files[0]), "--result", text(&out), "--json"]);
+        let again: Value = serde_json::from_str(&again).unwrap();
+        let score = format!("\"nrmse_sva\":{}", result["score"]["nrmse_sva"]);
+        assert!(again.to_string().contains(&score), "{score} {again}");
+    }
+
     let out = scratch("cli", "one_by_one");
     let arguments = ["calibrate", text(&files[0]), text(&files[1]), "--model", "idm", "--out", text(&out)];
     ok(&[&arguments[..], &["--max-evaluations", "500"]].concat());

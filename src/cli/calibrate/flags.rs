@@ -46,6 +46,10 @@ pub struct Args {
     /// for calibration. With --all they are those of the same driver id, and decide between models; files may be given several times
     #[arg(long, value_name = "SHARE|FILE", requires = "many", allow_negative_numbers = true)]
     pub holdout: Vec<String>,
+    /// Time at the start of each drive in which the car is the measured one; simulation and score begin after it, and delays are at most as
+    /// long, so that all models are scored on the same samples
+    #[arg(long, value_name = "S", conflicts_with = "all", value_parser = finite, allow_negative_numbers = true)]
+    pub history: Option<f64>,
     /// With --joint: leave each driver out of one of this many further calibrations, whose parameters are scored on that driver
     #[arg(long, value_name = "N", requires = "joint", conflicts_with = "holdout", allow_negative_numbers = true)]
     pub folds: Option<u64>,
@@ -172,6 +176,7 @@ impl Args {
         calibration.selection = self.evaluator.selection()?;
         calibration.intervals = !self.search.no_intervals;
         calibration.folds = self.folds;
+        calibration.history_s = self.history;
         calibration.warn = warn;
         Ok(calibration)
     }

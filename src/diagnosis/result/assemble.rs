@@ -119,6 +119,7 @@ impl Calibrated<'_> {
             optimizer: self.settings.optimizer.runs().to_owned(),
             population: self.settings.population.map(|size| size as u64),
             seed: self.settings.seed,
+            history_s: None,
             score: scores(measures.as_ref()),
             parameters: names().zip(winner.candidate.iter().copied()).collect(),
             units: names().zip(symbols.iter().map(|s| s.unit().to_owned())).collect(),

@@ -57,6 +57,9 @@ pub struct ResultFile {
     pub population: Option<u64>,
     /// The seed.
     pub seed: u64,
+    /// Time at the start of each drive \[s\] in which the car is the measured one, if that was requested.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub history_s: Option<f64>,
     /// All measures of the best candidate, by the f64 reference; the mean over `data` if there are several.
     pub score: IndexMap<String, Option<f64>>,
     /// The calibrated parameters, by the paper's symbols.
@@ -387,7 +390,8 @@ impl ResultFile {
         for extension in &self.extensions {
             variant = variant.with(extension.read()?)?;
         }
-        calibrated(variant, &self.parameters, &self.bounds, &self.convention)
+        let calibrated = calibrated(variant, &self.parameters, &self.bounds, &self.convention)?;
+        Ok(CalibratedVariant { history_s: self.history_s, ..calibrated })
     }
 }
 
@@ -406,5 +410,5 @@ fn calibrated(
     let tau_p_upper = bounds.get(Symbol::tau_p.name()).map_or(0.0, |b| b[1]);
     let delay = variant.extensions.delay().and_then(|symbol| bounds.get(symbol.name()));
     let (convention, extension_delay_upper) = (convention.parse()?, delay.map(|b| b[1]));
-    Ok(CalibratedVariant { variant, convention, parameters, tau_p_upper, extension_delay_upper })
+    Ok(CalibratedVariant { variant, convention, parameters, tau_p_upper, extension_delay_upper, history_s: None })
 }

@@ -208,6 +208,16 @@ impl Case {
         Case { extension_delay_upper, ..self }.for_variant(self.variant)
     }
 
+    /// The same case with this time at the start \[s\] in which the car is the measured one.
+    ///
+    /// # Errors
+    /// [`CaseError::TooShort`].
+    pub fn with_history(self, history_s: Option<f64>) -> Result<Case, CaseError> {
+        let Some(seconds) = history_s else { return Ok(self) };
+        let earliest = (seconds / self.dt).round() as usize + 1;
+        Case { earliest, ..self }.for_variant(self.variant)
+    }
+
     /// The same case for another variant; the measured signals are shared, not copied.
     ///
     /// # Errors

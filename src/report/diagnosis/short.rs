@@ -187,7 +187,21 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
     match (&outcome.recommended, &outcome.closed_loop.not_testable) {
         (Some(recommended), _) => Some(match recommended.why {
             Why::Confirmed => format!("Whole drives confirm {}.", names(recommended)),
-            Why::Helps => format!("Whole drives support a different extension: {}.", names(recommended)),
+            Why::Helps => {
+                let is_named = |own: &&RecommendedCause| outcome.causes.iter().any(|cause| cause.name == own.name);
+                let (named, others): (Vec<_>, Vec<_>) = recommended.causes.iter().partition(is_named);
+                let list = |all: Vec<&RecommendedCause>| {
+                    all.into_iter().map(|cause| cause.name.as_str()).collect::<Vec<_>>().join(" and ")
+                };
+                match named.is_empty() {
+                    true => format!("Whole drives support a different extension: {}.", names(recommended)),
+                    false => format!(
+                        "Whole drives confirm {}. They also support {}, which is not named.",
+                        list(named),
+                        list(others)
+                    ),
+                }
+            }
         }),
         (None, _) if is_named && once(outcome) => {
             Some(format!("Whole drives cannot test an effect that occurs only once: do not use {it} for other drives."))
