@@ -127,6 +127,7 @@ pub mod internal {
     pub mod study;
     #[cfg(feature = "report")]
     pub mod sumo;
+    pub mod workers;
 
     pub use leadlag_data::{statistics, text, trajectory, vehicle, whole};
     pub use leadlag_diagnosis::{describe, diagnose, drivers, judge, race, result};
@@ -145,7 +146,7 @@ use internal::{bench, by_hand, evaluate};
 use internal::{
     calibrate, catalog, convention, describe, diagnose, drivers, evaluator, extension, fleet, identify, lanes,
     optimize, plant, race, reference, rescore, result, score, select, simulate, statistics, study, symbols, text,
-    trajectory, vehicle, wgsl, whole,
+    trajectory, vehicle, wgsl, whole, workers,
 };
 #[cfg(feature = "report")]
 use internal::{report, sumo};

@@ -4,6 +4,7 @@ use super::PlanError;
 use super::drive::DriveError;
 use crate::calibrate::{BoundsError, CalibrateError};
 use crate::evaluator::{CaseError, EvaluateError};
+use crate::workers::NoThread;
 use std::path::Path;
 
 /// A study that cannot be planned, run or merged.
@@ -120,14 +121,9 @@ pub enum StudyError {
         /// This program.
         program: String,
     },
-    /// The system does not let this process start a thread.
-    #[error(
-        "cannot start a thread for the calibrations: allow this process more threads or memory (`ulimit -u`, `ulimit -v`)"
-    )]
-    Threads {
-        /// The cause of the error.
-        source: std::io::Error,
-    },
+    /// No thread can be started.
+    #[error(transparent)]
+    Threads(#[from] NoThread),
     /// No such task.
     #[error("task `{id}`: {found} tasks of this study begin with this id, expected one{}; tasks.jsonl lists all", listed(first, *found))]
     NoTask {

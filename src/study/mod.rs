@@ -9,7 +9,6 @@
 //! Only finished parts count. A task's id is a hash of all inputs of its result, so that a part is valid wherever it was computed, and the
 //! merged bytes do not depend on processes, times, order or interruptions. `docs/STUDY.md` describes files and columns.
 
-mod batch;
 mod claim;
 mod compute;
 pub mod drive;
