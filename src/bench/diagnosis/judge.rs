@@ -1,5 +1,6 @@
 //! Diagnoses one case and judges it by its truth.
 
+use super::super::journal::Outcome;
 use super::plan::DiagnosisTask;
 use super::plant::planted;
 use crate::catalog::Variant;
@@ -69,6 +70,22 @@ pub struct DiagnosisOutcome {
     /// Models that pass the test of the race at one horizon at least, with their p-values.
     #[serde(default)]
     pub passing: Vec<(Vec<String>, f64)>,
+}
+
+impl Outcome for DiagnosisOutcome {
+    type Task = DiagnosisTask;
+
+    fn task(&self) -> &DiagnosisTask {
+        &self.task
+    }
+
+    fn program(&self) -> &str {
+        &self.program
+    }
+
+    fn this_program() -> &'static str {
+        &PROGRAM
+    }
 }
 
 impl DiagnosisOutcome {

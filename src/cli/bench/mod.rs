@@ -4,12 +4,13 @@ mod diagnosis;
 mod optimizers;
 
 use super::lines::Lines;
-use super::output;
+use super::{interrupt, output};
 use crate::api::model::{known, model};
-use crate::bench::{Drive, Effort, run as measure, table};
+use crate::bench::{BenchError, Drive, Effort, run as measure, table};
 use crate::trajectory::import;
 use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use std::path::PathBuf;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true)]
@@ -79,4 +80,32 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     bar.finish_and_clear();
     let report = report?;
     if args.json { output::print_json(&report.json()) } else { output::print(&table(&report)) }
+}
+
+/// Receives the number of finished tasks and the next one, and can stop the run.
+type Progress<'a, T> = dyn FnMut(usize, &T) -> ControlFlow<()> + Send + 'a;
+
+/// Runs tasks with a bar, or lines instead; after Ctrl-C it prints how to continue. `task` is the present one in words.
+fn with_bar<T: Sync>(
+    tasks: &[T],
+    plural: &str,
+    journal: &Path,
+    task: impl Fn(&T) -> String + Sync,
+    run: impl FnOnce(&mut Progress<'_, T>) -> Result<(), BenchError>,
+) -> anyhow::Result<()> {
+    let style = ProgressStyle::with_template(&format!("{{bar:20}} {{pos}}/{{len}} {plural}, {{eta}} left  {{msg}}"))?;
+    let bar = output::heard(ProgressBar::new(tasks.len() as u64)).with_style(style);
+    let mut lines = Lines::new();
+    run(&mut |done, next| {
+        bar.set_position(done as u64);
+        bar.set_message(task(next));
+        let (all, left) = (tasks.len(), HumanDuration(bar.eta()));
+        lines.tell(|| format!("{done}/{all} {plural}, {left:#} left  {}", bar.message()));
+        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    })?;
+    bar.finish_and_clear();
+    if interrupt::asked() {
+        eprintln!("interrupted; the same command continues from {}", journal.display());
+    }
+    Ok(())
 }
