@@ -24,7 +24,6 @@ use crate::rescore;
 use crate::result::ResultFile;
 use crate::result::assemble::scores_on;
 use crate::trajectory::Trajectory;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -186,8 +185,7 @@ fn one(
         let parameters = result.calibrated_variant()?.parameters;
         result.held_back = Some(scores_on(&reference, &parameters, &trajectories, &calibration.gof));
     }
-    let go_on = || if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    result.compared = if interrupt::asked() { None } else { calibration.compared(loaded, &mut |_| go_on()) };
+    result.compared = if interrupt::asked() { None } else { calibration.compared(loaded, &mut |_| interrupt::go_on()) };
     let Prepared { reference, .. } = prepared;
     let written = write::files(folder, &result, reference.cases(), loaded, Some(started.elapsed()));
     if !args.json {
