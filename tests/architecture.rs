@@ -15,7 +15,7 @@ const CRATES: [&str; 3] = ["data", "models", "diagnosis"];
 const ALONE: [(&str, &[&str], &str); 3] = [
     ("judge", &["statistics"], "the tests know numbers only"),
     ("optimize", &[], "the optimisers know no cars"),
-    ("plant", &[], "the plant is an independent truth and shares no code with what it judges"),
+    ("synthetic", &[], "synthetic drives are an independent truth and share no code with what they judge"),
 ];
 
 /// Pairs that must not use each other although their layers would allow it.

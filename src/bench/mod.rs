@@ -40,7 +40,7 @@ use crate::calibrate::{BoundsError, CalibrateError};
 use crate::catalog::UnknownVariant;
 use crate::convention::ConventionError;
 use crate::evaluator::{CaseError, EvaluateError};
-use crate::plant::PlantError;
+use crate::synthetic::SyntheticError;
 use crate::text::spelling::UnknownWord;
 use crate::trajectory::{ImportError, PrepareError};
 use crate::vehicle::VehicleError;
@@ -50,7 +50,7 @@ use crate::vehicle::VehicleError;
 pub enum BenchError {
     /// The synthetic drive could not be made.
     #[error(transparent)]
-    Plant(#[from] PlantError),
+    Synthetic(#[from] SyntheticError),
     /// The measured file could not be read.
     #[error(transparent)]
     Import(#[from] ImportError),

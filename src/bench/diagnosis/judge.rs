@@ -2,16 +2,16 @@
 
 use super::super::journal::Outcome;
 use super::plan::DiagnosisTask;
-use super::plant::planted;
+use super::synthetic::planted;
 use crate::catalog::Variant;
 use crate::diagnose::describe::free::free;
 use crate::diagnose::describe::gain::{GainSettings, gain, nrmse_of};
 use crate::diagnose::judge::oracle::{Known, known};
 use crate::diagnose::{DiagnoseError, Inference, PROGRAM, Question, Verdict, infer};
 use crate::extension::Extension;
-use crate::plant::Controller;
 use crate::race::{Policy, Request, Unit, race, rounds};
 use crate::symbols::Parameters;
+use crate::synthetic::Controller;
 use crate::wgsl::{extension_named, library};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;

@@ -5,14 +5,14 @@
 
 mod judge;
 mod plan;
-mod plant;
 mod report;
+mod synthetic;
 mod text;
 
 pub use judge::{DiagnosisOutcome, Judgement, diagnose_task, infer_task, judge};
 pub use plan::{DiagnosisTask, LARGEST_SEED, SIZES, diagnosis_tasks};
-pub use plant::{Planted, planted};
 pub use report::{Bar, DiagnosisReport, Gains, MOST_OF_IT, Power, PowerAt, Silence};
+pub use synthetic::{Planted, planted};
 
 use super::BenchError;
 use super::journal::Journal;

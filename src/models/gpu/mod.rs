@@ -7,21 +7,21 @@ mod adapter;
 mod context;
 mod device;
 mod kernel;
+mod own_functions;
+mod part_buffers;
 mod plan;
 mod probe;
 mod rate;
 mod results;
-mod slot;
 mod tables;
-mod twins;
 
 pub use crate::evaluator::AdapterChoice;
 pub use adapter::Adapter;
 pub use adapter::is_switched_off;
 pub use device::Limits;
 pub use kernel::kernel_text;
+pub use own_functions::CpuFunctions;
 pub use probe::{Mode, Probe, ProbeStatus, modes, probes, values};
-pub use twins::Twins;
 
 use crate::convention::{self, BoundRule};
 use crate::evaluator::{

@@ -1,7 +1,7 @@
 //! The platoon in continuous time, one car after the other: none depends on those behind it.
 
 use super::car::{CarTruth, GRAVITY, Lead};
-use super::error::PlantError;
+use super::error::SyntheticError;
 use super::follower::Follower;
 use super::history::History;
 use super::integrate::{Car, V, X, drive};
@@ -25,7 +25,7 @@ pub(super) fn platoon(
     set_speed: &SetSpeed,
     h: f64,
     steps: usize,
-) -> Result<Vec<History>, PlantError> {
+) -> Result<Vec<History>, SyntheticError> {
     let margin = (MARGIN / h).ceil() as usize;
     let followers = &scenario.followers;
     let steps_of = |car: usize| steps + margin * (followers.len() - car);
@@ -49,7 +49,7 @@ pub(super) fn follow(
     hills: &Hills,
     h: f64,
     steps: usize,
-) -> Result<History, PlantError> {
+) -> Result<History, SyntheticError> {
     let length = match follower {
         1 => scenario.lead.length,
         _ => scenario.followers[follower - 2].length,
@@ -69,7 +69,7 @@ struct Cruising<'a> {
 }
 
 impl Car<3> for Cruising<'_> {
-    fn begin(&mut self, _: f64, _: &[f64; 3], _: &History) -> Result<(), PlantError> {
+    fn begin(&mut self, _: f64, _: &[f64; 3], _: &History) -> Result<(), SyntheticError> {
         Ok(())
     }
 

@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use super::car::{CarTruth, Lead};
 use super::default_cars;
 use super::effect::{EffectKind, Effects};
-use super::error::PlantError;
+use super::error::SyntheticError;
 use super::noise::Noise;
 use super::road::Road;
 use super::set_speed::Segment;
@@ -110,7 +110,7 @@ impl Scenario {
     }
 
     /// Refuses impossible scenarios; only the simulation shows whether the controllers are safe.
-    pub(super) fn check(&self) -> Result<(), PlantError> {
+    pub(super) fn check(&self) -> Result<(), SyntheticError> {
         let [shortest, longest] = Scenario::DURATION_S;
         in_range("duration", self.duration_s, shortest, longest, "s")?;
         in_range("sampling rate", f64::from(self.rate_hz), 1.0, 1e4, "Hz")?;
@@ -136,7 +136,7 @@ impl Scenario {
                 let (effect, begins) = (effect.kind(), effect.begins());
                 if let Some((parameter, begins_s)) = begins.filter(|(_, begins_s)| *begins_s >= self.duration_s) {
                     let (car, duration_s) = (number, self.duration_s);
-                    return Err(PlantError::TooLate { effect, car, parameter, begins_s, duration_s });
+                    return Err(SyntheticError::TooLate { effect, car, parameter, begins_s, duration_s });
                 }
             }
             let of = |what: &str| format!("{what} of car {number}");
@@ -159,11 +159,11 @@ impl Scenario {
     }
 }
 
-fn in_range(what: &str, found: f64, low: f64, high: f64, unit: &str) -> Result<(), PlantError> {
+fn in_range(what: &str, found: f64, low: f64, high: f64, unit: &str) -> Result<(), SyntheticError> {
     if (low..=high).contains(&found) {
         return Ok(());
     }
-    Err(PlantError::OutOfRange {
+    Err(SyntheticError::OutOfRange {
         what: what.to_owned(),
         expected: format!("{low} to {high} {unit}").trim_end().to_owned(),
         found,
