@@ -29,11 +29,11 @@ mod task;
 mod verify;
 
 pub use claim::{count as claimed, locks};
-pub use error::StudyError;
+pub use error::{DriveError, StudyError};
 pub(crate) use fingerprint::fingerprint;
-pub use log::{PastRuns, past_runs};
+pub use log::{PastRuns, Progress, past_runs};
 pub use plan::{Plan, PlanError};
-pub use run::{Assignment, Event, Progress, RunSettings, Summary, run};
+pub use run::{Assignment, Event, RunSettings, Summary, run};
 pub use task::{NotAShard, Shard, Study, Task};
 pub use verify::{Verified, drawn, verify};
 

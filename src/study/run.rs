@@ -4,7 +4,7 @@ use super::StudyError;
 use super::claim::Claim;
 use super::compute::Round;
 use super::folder::{Folder, write_whole};
-use super::log::Log;
+use super::log::{Log, Progress};
 use super::part::Part;
 use super::task::{Study, Task};
 use crate::catalog::Variant;
@@ -57,23 +57,6 @@ pub struct RunSettings {
     pub adapter: AdapterChoice,
     /// Receiver of the evaluator's warnings.
     pub warn: fn(&str),
-}
-
-/// Progress of a run; may be read from any thread.
-#[derive(Debug, Default)]
-pub struct Progress {
-    /// Finished tasks of this run, including earlier ones and those of other runs.
-    pub done: AtomicU64,
-    /// Tasks that this run computed.
-    pub computed: AtomicU64,
-    /// Of these, calibrations without a result.
-    pub failed: AtomicU64,
-    /// Simulated candidates.
-    pub evaluations: AtomicU64,
-    /// Those of tasks that this run computes.
-    pub finished: AtomicU64,
-    /// Simulated steps.
-    pub steps: AtomicU64,
 }
 
 /// Messages to the user during a run.

@@ -1,10 +1,10 @@
 //! Everything on a device that is lost with it: tables, pipelines, buffers, work in flight.
 
 use super::adapter::Adapter;
-use super::device::{Device, Fault, Limits, Windows};
-use super::kernel::{Kernel, Replaced};
+use super::device::{Device, Fault, Limits};
+use super::kernel::{Kernel, Replaced, Windows};
 use super::part_buffers::PartBuffers;
-use super::plan::Plan;
+use super::plan::Work;
 use super::rate::Rate;
 use super::results::Results;
 use super::tables::Tables;
@@ -15,17 +15,6 @@ use std::time::{Duration, Instant};
 
 /// Largest number of submissions of a buffer set in flight: one runs and one waits, so that the device is never idle.
 const IN_FLIGHT: usize = 2;
-
-/// Work of one buffer set.
-#[derive(Debug)]
-pub(super) struct Work {
-    pub(super) kernel: Kernel,
-    pub(super) plan: Plan,
-    /// With observers: samples in a block of sums; else 0.
-    pub(super) block: u32,
-    /// Blocks of the longest trajectory; 0 without an observer.
-    pub(super) blocks: u32,
-}
 
 #[derive(Debug)]
 struct Submitted {

@@ -29,10 +29,10 @@ use crate::evaluator::{
 };
 use crate::score::GoodnessOfFit;
 use crate::wgsl::{Precision, Recipe, ShaderError, check};
-use context::{Context, Work};
-use device::{Fault, Windows};
-use kernel::{Kernel, RAW_WORDS, SMALLEST_WORKGROUP, Sums};
-use plan::{Plan, most_candidates};
+use context::Context;
+use device::Fault;
+use kernel::{Kernel, RAW_WORDS, SMALLEST_WORKGROUP, Sums, Windows};
+use plan::{Plan, Work, most_candidates};
 use results::{Results, for_each_candidate, raw_of, score_of};
 use std::time::Duration;
 

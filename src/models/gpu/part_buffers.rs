@@ -1,9 +1,8 @@
 //! Buffers and bind group of the candidates of one part.
 
-use super::context::Work;
-use super::device::{Device, Fault, Windows};
-use super::kernel::WINDOW_LENGTH;
-use super::plan::Part;
+use super::device::{Device, Fault};
+use super::kernel::{WINDOW_LENGTH, Windows};
+use super::plan::{Part, Work};
 use super::results::Results;
 use super::tables::Tables;
 use wgpu::BufferUsages as Usages;

@@ -1,14 +1,14 @@
 //! The platoon in continuous time, one car after the other: none depends on those behind it.
 
-use super::car::{CarTruth, GRAVITY, Lead};
+use super::car::{GRAVITY, Lead};
 use super::error::SyntheticError;
 use super::follower::Follower;
 use super::history::History;
-use super::integrate::{Car, V, X, drive};
+use super::integrate::{Car, V, X, drive, lagged};
 use super::noise::{Purpose, Stream};
 use super::road::Hills;
-use super::scenario::{Profile, Scenario};
-use super::set_speed::SetSpeed;
+use super::scenario::Scenario;
+use super::set_speed::{Profile, SetSpeed};
 
 /// Brake of the platoon leader at set speed 0 \[m/s²\]: it stops and stays at rest, even downhill.
 const HOLD: f64 = -0.6;
@@ -80,14 +80,4 @@ impl Car<3> for Cruising<'_> {
         let (a_t, a_t_rate) = lagged(state[2], command, self.lead.tau_a);
         [state[V].max(0.0), a_t - GRAVITY * self.hills.sin_grade(state[X]), a_t_rate]
     }
-}
-
-/// Eq. 10: tractive acceleration and its rate; without lag the command acts at once.
-pub(super) fn lagged(a_t: f64, command: f64, tau_a: f64) -> (f64, f64) {
-    if tau_a > 0.0 { (a_t, (command - a_t) / tau_a) } else { (command, 0.0) }
-}
-
-/// Position at the start, at rest behind a car whose rear bumper is at `rear` \[m\].
-pub(super) fn behind(car: &CarTruth, rear: f64) -> f64 {
-    rear - car.initial_gap
 }

@@ -1,12 +1,11 @@
 //! A follower with all its effects: perceive, decide, limit, actuate, move.
 
-use super::car::{CarTruth, Controller, GRAVITY};
+use super::car::{CarTruth, Controller, GRAVITY, behind};
 use super::controller::Seen;
-use super::drive::{behind, lagged};
 use super::effect::{EffectKind, Effects};
 use super::error::SyntheticError;
 use super::history::History;
-use super::integrate::{Car, V, X};
+use super::integrate::{Car, V, X, lagged};
 use super::noise::Stream;
 use super::road::Hills;
 

@@ -58,3 +58,8 @@ pub(super) fn drive<const N: usize>(
 fn plus<const N: usize>(state: &[f64; N], rate: &[f64; N], h: f64) -> [f64; N] {
     std::array::from_fn(|i| state[i] + h * rate[i])
 }
+
+/// Eq. 10: tractive acceleration and its rate; without lag the command acts at once.
+pub(super) fn lagged(a_t: f64, command: f64, tau_a: f64) -> (f64, f64) {
+    if tau_a > 0.0 { (a_t, (command - a_t) / tau_a) } else { (command, 0.0) }
+}

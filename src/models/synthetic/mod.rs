@@ -43,6 +43,6 @@ pub use error::SyntheticError;
 pub use noise::Noise;
 pub use road::{GradeProfile, Road};
 pub use sample::{Synthetic, run};
-pub use scenario::{Profile, Scenario, Truth};
-pub use set_speed::Segment;
+pub use scenario::{Scenario, Truth};
+pub use set_speed::{Profile, Segment};
 pub use write::{write_openacc, write_pair, write_slope};

@@ -8,7 +8,7 @@ use super::effect::{EffectKind, Effects};
 use super::error::SyntheticError;
 use super::noise::Noise;
 use super::road::Road;
-use super::set_speed::Segment;
+use super::set_speed::{Profile, Segment};
 
 /// A synthetic drive.
 ///
@@ -64,28 +64,6 @@ impl Default for Scenario {
             followers: default_cars::followers(),
         }
     }
-}
-
-/// How the platoon leader drives.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", tag = "kind")]
-pub enum Profile {
-    /// A new set speed every 15 to 45 s, and one stop.
-    #[default]
-    Cruise,
-    /// A congested road: stops, and never fast.
-    StopAndGo,
-    /// A new set speed every few seconds, from slow to fast.
-    Restless,
-    /// A recorded speed.
-    Recorded {
-        /// Time step of the record \[s\].
-        #[serde(rename = "dt_s")]
-        dt: f64,
-        /// Speeds \[m/s\]; the last one continues.
-        #[serde(rename = "speed_mps")]
-        v: Vec<f64>,
-    },
 }
 
 /// The truth of a synthetic drive, which a calibration should find.
