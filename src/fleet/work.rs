@@ -83,7 +83,7 @@ pub fn run(
             } else {
                 let parts: Vec<&[Place]> = open.chunks(ON_THE_CPU).collect();
                 let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
-                let work = || -> Result<(), FleetError> {
+                let work = |_: &dyn Fn()| -> Result<(), FleetError> {
                     while !stop() && !failed.load(Ordering::Relaxed) {
                         let Some(places) = parts.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
                         let found = together(pairs, settings, places, stop, warn).and_then(|found| Ok(add(found)?));

@@ -294,13 +294,14 @@ fn compute(
     let workers = if is_device { 1 } else { threads.min(under_way) };
     let (first, round) = (Mutex::new(first), Round { study, variant, gof, cases });
     let build = |cases| selection.build(cases, gof, work, settings.warn);
-    let work = || loop {
+    let work = |tell: &dyn Fn()| loop {
         let first = std::mem::take(&mut *first.lock().unwrap_or_else(PoisonError::into_inner));
         let claimed = queue.take(first, under_way / workers);
         if claimed.is_empty() {
             return Ok(());
         }
         together(&round, &claimed, queue, &build).inspect_err(|_| queue.shared.stop.store(true, Ordering::SeqCst))?;
+        tell();
     };
     side_by_side(workers, &work, &mut || {
         log.renew();
