@@ -8,7 +8,7 @@
 //! # A tour
 //!
 //! A [`Drive`] is one measured follower behind its leader: [`read`] reads a file, [`Reading`] sets layout, window and vehicle, and
-//! [`synthetic`] generates a drive to try things without data.
+//! [`synthetic()`] generates a drive to try things without data.
 //!
 //! ```
 //! let drive = leadlag::synthetic(1, 60.0)?.follower(1)?;
@@ -127,14 +127,15 @@ pub mod internal {
     pub mod study;
     #[cfg(feature = "report")]
     pub mod sumo;
+    pub mod workers;
 
     pub use leadlag_data::{statistics, text, trajectory, vehicle, whole};
     pub use leadlag_diagnosis::{describe, diagnose, drivers, judge, race, result};
     #[cfg(feature = "gpu")]
     pub use leadlag_models::gpu;
     pub use leadlag_models::{
-        by_hand, calibrate, catalog, convention, evaluate, evaluator, extension, identify, lanes, optimize, plant,
-        reference, rescore, score, select, simulate, symbols, wgsl,
+        by_hand, calibrate, catalog, convention, evaluate, evaluator, extension, forward_evaluator, identify, lanes,
+        optimize, reference, rescore, score, select, simulate, symbols, synthetic, wgsl,
     };
 }
 
@@ -144,8 +145,8 @@ use internal::gpu;
 use internal::{bench, by_hand, evaluate};
 use internal::{
     calibrate, catalog, convention, describe, diagnose, drivers, evaluator, extension, fleet, identify, lanes,
-    optimize, plant, race, reference, rescore, result, score, select, simulate, statistics, study, symbols, text,
-    trajectory, vehicle, wgsl, whole,
+    optimize, race, reference, rescore, result, score, select, simulate, statistics, study, symbols, synthetic, text,
+    trajectory, vehicle, wgsl, whole, workers,
 };
 #[cfg(feature = "report")]
 use internal::{report, sumo};

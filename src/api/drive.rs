@@ -4,7 +4,7 @@ use super::diagnosis::Source;
 use super::error::{Error, Usage};
 use super::reading::{Input, Loaded, Reading};
 use crate::catalog::Variant;
-use crate::plant::{self, Scenario};
+use crate::synthetic::{self, Scenario};
 use crate::trajectory::{Recording as Read, Trajectory, is_nameless};
 use std::path::Path;
 use std::sync::Arc;
@@ -23,9 +23,9 @@ pub fn read(path: impl AsRef<Path>) -> Result<Recording, Error> {
 /// # Errors
 /// When the duration \[s\] is not one of 20 s to some hours.
 pub fn synthetic(seed: u64, duration_s: f64) -> Result<Recording, Error> {
-    let platoon = plant::run(&Scenario { seed, duration_s, ..Scenario::default() }).map_err(anyhow::Error::from)?;
+    let platoon = synthetic::run(&Scenario { seed, duration_s, ..Scenario::default() }).map_err(anyhow::Error::from)?;
     let mut text = Vec::new();
-    plant::write_pair(&platoon, 1, &mut text).map_err(anyhow::Error::from)?;
+    synthetic::write_pair(&platoon, 1, &mut text).map_err(anyhow::Error::from)?;
     Reading::default().text(&text, &format!("synthetic_{seed}.csv"))
 }
 

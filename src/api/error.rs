@@ -1,7 +1,7 @@
 //! Errors, divided into wrong usage and failures.
 
 use crate::calibrate::BoundsError;
-use crate::plant::PlantError;
+use crate::synthetic::SyntheticError;
 use crate::trajectory::PrepareError;
 use crate::vehicle::VehicleError;
 use std::fmt;
@@ -61,7 +61,7 @@ pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
             matches!(e, Option { .. } | Backwards { .. } | NoFollower { .. } | NoTrajectory { .. })
         })
         || error.downcast_ref().is_some_and(|e| {
-            use PlantError::{NobodyAhead, OutOfRange, TooLate};
+            use SyntheticError::{NobodyAhead, OutOfRange, TooLate};
             matches!(e, OutOfRange { .. } | NobodyAhead { .. } | TooLate { .. })
         })
 }

@@ -6,7 +6,7 @@ use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluator::{Case, Population};
 use crate::optimize::stream;
-use crate::plant;
+use crate::synthetic;
 use crate::trajectory::{Grade, Preparation, Recording, Trajectory, import, prepare};
 use crate::vehicle::{Mfc, Vehicle};
 use rand::RngExt;
@@ -32,11 +32,12 @@ impl Drive {
     /// # Errors
     /// No known error: the scenario is fixed.
     pub fn synthetic() -> Result<Drive, BenchError> {
-        let mut scenario = plant::Scenario { duration_s: f64::from(SAMPLES - 1) / 10.0, ..plant::Scenario::default() };
+        let mut scenario =
+            synthetic::Scenario { duration_s: f64::from(SAMPLES - 1) / 10.0, ..synthetic::Scenario::default() };
         scenario.followers.truncate(1);
-        let platoon = plant::run(&scenario)?;
+        let platoon = synthetic::run(&scenario)?;
         let mut file = Vec::new();
-        plant::write_pair(&platoon, 1, &mut file).expect("a Vec takes all, and there is a follower 1");
+        synthetic::write_pair(&platoon, 1, &mut file).expect("a Vec takes all, and there is a follower 1");
         Drive::new("synthetic drive", &import::read_bytes(&file, "synthetic.csv", None)?, 1)
     }
 

@@ -11,6 +11,7 @@ mod diagnosis;
 mod export;
 mod generation;
 mod goals;
+mod journal;
 mod machine;
 mod measure;
 mod optimizers;
@@ -19,7 +20,7 @@ mod text;
 
 pub use contender::Contender;
 pub use data::{Drive, candidates};
-pub use diagnosis::{Bar, DiagnosisJournal, DiagnosisOutcome, DiagnosisReport, DiagnosisTask, Judgement, Planted};
+pub use diagnosis::{Bar, DiagnosisOutcome, DiagnosisReport, DiagnosisTask, Judgement, Planted};
 pub use diagnosis::{
     Gains, LARGEST_SEED, MOST_OF_IT, Power, PowerAt, SIZES, Silence, diagnose_task, diagnosis_tasks, infer_task, judge,
     planted, run_diagnoses,
@@ -27,9 +28,10 @@ pub use diagnosis::{
 pub use export::export;
 pub use generation::Generation;
 pub use goals::Goal;
+pub use journal::{Journal, Outcome};
 pub use machine::Machine;
 pub use measure::Row;
-pub use optimizers::{Finding, Journal, OptimizerOutcome, OptimizerReport, OptimizerTask};
+pub use optimizers::{Finding, OptimizerOutcome, OptimizerReport, OptimizerTask};
 pub use optimizers::{SEED_TARGETS, SEEDS, SeedTarget, optimizer_tasks, run_optimizers};
 pub use plan::{Effort, Report, run};
 pub use text::table;
@@ -38,7 +40,7 @@ use crate::calibrate::{BoundsError, CalibrateError};
 use crate::catalog::UnknownVariant;
 use crate::convention::ConventionError;
 use crate::evaluator::{CaseError, EvaluateError};
-use crate::plant::PlantError;
+use crate::synthetic::SyntheticError;
 use crate::text::spelling::UnknownWord;
 use crate::trajectory::{ImportError, PrepareError};
 use crate::vehicle::VehicleError;
@@ -48,7 +50,7 @@ use crate::vehicle::VehicleError;
 pub enum BenchError {
     /// The synthetic drive could not be made.
     #[error(transparent)]
-    Plant(#[from] PlantError),
+    Synthetic(#[from] SyntheticError),
     /// The measured file could not be read.
     #[error(transparent)]
     Import(#[from] ImportError),

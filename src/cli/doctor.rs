@@ -2,7 +2,7 @@
 
 use super::output;
 use crate::evaluator::EvaluateError;
-use crate::gpu::{Adapter, AdapterChoice, Probe, Twins, modes, probes};
+use crate::gpu::{Adapter, AdapterChoice, CpuFunctions, Probe, modes, probes};
 use crate::lanes;
 use crate::report::text::wrapped;
 use serde_json::{Map, Value, json};
@@ -18,7 +18,8 @@ pub struct Args {
     json: bool,
 }
 
-const TWINS: Twins = Twins { power: lanes::power, exponential: lanes::exponential, logarithm: lanes::logarithm };
+const ON_THE_CPU: CpuFunctions =
+    CpuFunctions { power: lanes::power, exponential: lanes::exponential, logarithm: lanes::logarithm };
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let adapters = Adapter::all();
@@ -29,7 +30,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Err(EvaluateError::Adapter { .. }) if adapters.is_empty() => None,
         Err(e) => return Err(e.into()),
     };
-    let found = chosen.as_ref().map_or_else(Vec::new, |adapter| probes(adapter, &TWINS));
+    let found = chosen.as_ref().map_or_else(Vec::new, |adapter| probes(adapter, &ON_THE_CPU));
     if args.json {
         return output::print_json(&report(&adapters, &found, chosen.as_ref()));
     }

@@ -1,9 +1,8 @@
 //! `leadlag evaluate`: scores of parameter vectors in rows.
 
-use super::calibrate::progress::rate;
 use super::data::columns_help;
 use super::evaluator::EvaluatorArgs;
-use super::lines::Lines;
+use super::progress::Bar;
 use super::{evaluator, fleet_row, interrupt, output};
 use crate::api::bounds::read_bounds;
 use crate::api::reading::{column_map, read_grade};
@@ -18,10 +17,11 @@ use crate::symbols::Symbol;
 use crate::trajectory::Preparation;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
-use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
+use indicatif::HumanDuration;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
 use std::path::PathBuf;
+use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
@@ -115,12 +115,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
 
     interrupt::watch();
-    let style = ProgressStyle::with_template("{spinner} {human_pos} rows, {rate}, {elapsed}")?.with_key("rate", rate);
-    let bar = output::heard(ProgressBar::new_spinner()).with_style(style);
-    let mut lines = Lines::new();
+    let mut bar = Bar::new("{spinner} {human_pos} rows, {rate}, {elapsed}", None, Duration::ZERO);
     let mut progress = |rows| {
-        bar.set_position(rows);
-        lines.tell(|| format!("{rows} rows, {:#}", HumanDuration(bar.elapsed())));
+        bar.show(rows, String::new(), |bar| format!("{rows} rows, {:#}", HumanDuration(bar.elapsed())));
         !interrupt::asked()
     };
     let mut used: Vec<String> = Vec::new();
@@ -135,7 +132,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     let input = BufReader::new(crate::text::bounded::Lines::new(input));
     let result = evaluate_table(input, &shown, output, &mut library, &settings, &mut build, &mut progress);
-    bar.finish_and_clear();
+    bar.finish();
     for source in library.sources() {
         eprintln!("used {} sha256 {}", source.path, source.sha256);
     }

@@ -97,6 +97,6 @@ pub fn warn(message: &str) {
 }
 
 /// The warnings so far.
-pub fn said() -> Vec<String> {
+pub fn printed_warnings() -> Vec<String> {
     SAID.lock().map(|said| said.clone()).unwrap_or_default()
 }

@@ -2,7 +2,7 @@
 
 use super::Usage;
 use super::change::{Change, settle};
-use super::evaluator::said;
+use super::evaluator::printed_warnings;
 use crate::report::html::{MadeBy, RUN_VERSION};
 use std::path::{Path, PathBuf};
 
@@ -102,7 +102,7 @@ fn counted(path: &Path, list: &str) -> usize {
 pub fn finish(mut change: Change, folder: &Path, mut before: Vec<String>) -> anyhow::Result<()> {
     match super::given() {
         Some(command) => {
-            let made = MadeBy { schema_version: RUN_VERSION, command, warnings: said() };
+            let made = MadeBy { schema_version: RUN_VERSION, command, warnings: printed_warnings() };
             change.write(RUN, (serde_json::to_string_pretty(&made)? + "\n").as_bytes())?;
         }
         // The library has none, and the one from an earlier command does not belong to this result.

@@ -1,5 +1,6 @@
 //! Ctrl-C, and SIGTERM on Unix: the first asks to stop and keeps partial results, the second ends at once.
 
+use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, Ordering};
 
 static ASKED: AtomicBool = AtomicBool::new(false);
@@ -34,6 +35,11 @@ fn watch_termination(then: &'static str) {
     let message = format!("stopping: {then} (SIGTERM again ends at once)");
     let each = move || signals.forever().for_each(|signal| ask(128 + signal, &message));
     let _ = std::thread::Builder::new().spawn(each);
+}
+
+/// Breaks after a request to stop.
+pub fn go_on() -> ControlFlow<()> {
+    if asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
 }
 
 /// True after a request to stop.

@@ -20,14 +20,6 @@ pub fn is_quiet() -> bool {
     QUIET.load(Ordering::Relaxed)
 }
 
-/// A progress bar, which `--quiet` hides.
-pub fn heard(bar: indicatif::ProgressBar) -> indicatif::ProgressBar {
-    if is_quiet() {
-        bar.set_draw_target(indicatif::ProgressDrawTarget::hidden());
-    }
-    bar
-}
-
 thread_local! {
     /// Takes the results of a command that runs within another one.
     static CAPTURED: RefCell<Option<String>> = const { RefCell::new(None) };

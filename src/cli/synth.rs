@@ -4,7 +4,7 @@ use super::change::Change;
 use super::folder::finish;
 use super::number::{real, seed, whole};
 use super::{Usage, output};
-use crate::plant::{
+use crate::synthetic::{
     Base, Effect, EffectError, EffectKind, Gusts, Noise, Profile, Scenario, Synthetic, at_amplitude, drawn,
     run as drive, write_openacc, write_pair, write_slope,
 };
@@ -75,7 +75,7 @@ pub struct Args {
     pub list_effects: bool,
 }
 
-/// The bases of the plant, for the command line.
+/// The bases of synthetic cars, for the command line.
 fn bases() -> impl TypedValueParser<Value = Base> {
     let names = Base::VARIANTS.iter().map(|base| <&str>::from(*base));
     PossibleValuesParser::new(names).map(|name| name.parse().expect("one of them"))

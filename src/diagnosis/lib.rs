@@ -11,7 +11,7 @@ pub mod result;
 
 use leadlag_data::{statistics, text, trajectory, vehicle};
 #[cfg(test)]
-use leadlag_models::plant;
+use leadlag_models::synthetic;
 use leadlag_models::{
     calibrate, catalog, convention, evaluator, extension, identify, lanes, optimize, reference, rescore, score,
     simulate, symbols, wgsl,

@@ -61,7 +61,7 @@ pub struct HeldScore {
 
 /// A model and measure beside the others of the measure.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Standing {
+pub struct ModelRank {
     /// Pairs on which it leads every other model by more than the noise.
     pub best: usize,
     /// Pairs on which a run on held-back data ends early.
@@ -80,7 +80,7 @@ pub struct Comparison {
     /// One entry per row; `None` if there is nothing to compare.
     pub scores: Vec<Option<HeldScore>>,
     /// One entry per model and measure, measures first.
-    pub standings: Vec<Standing>,
+    pub ranks: Vec<ModelRank>,
 }
 
 /// Result of a row on the drives of the comparison.
@@ -130,10 +130,10 @@ pub fn compare(pairs: &[Pair], settings: &Settings, rows: &[Row]) -> Result<Comp
     let rule = Rule::of(pairs, settings);
     let (models, measures) = (settings.models.len(), settings.measures.len());
     let mut comparison =
-        Comparison { rule, scores: vec![None; rows.len()], standings: vec![Standing::default(); models * measures] };
+        Comparison { rule, scores: vec![None; rows.len()], ranks: vec![ModelRank::default(); models * measures] };
     let of_pair: Vec<&[Row]> = rows.chunk_by(|one, other| one.place.pair == other.place.pair).collect();
     for k in 0..measures {
-        let standings = &mut comparison.standings[k * models..(k + 1) * models];
+        let ranks = &mut comparison.ranks[k * models..(k + 1) * models];
         // One entry per pair and model.
         let test = |own: &&[Row]| tested(rule, pairs, settings, own, k);
         let mut scores: Vec<Vec<Option<f64>>> = Vec::new();
@@ -152,12 +152,12 @@ pub fn compare(pairs: &[Pair], settings: &Settings, rows: &[Row]) -> Result<Comp
                 let mut by_model = vec![None; models];
                 for (model, score) in tested {
                     by_model[model] = Some(score.score);
-                    standings[model].failed += usize::from(score.score.is_infinite());
+                    ranks[model].failed += usize::from(score.score.is_infinite());
                     let row = own.iter().position(|row| row.place.model == model && row.place.measure == k);
                     comparison.scores[at + row.expect("it was tested")] = Some(score);
                 }
                 if let Some(best) = best {
-                    standings[best].best += 1;
+                    ranks[best].best += 1;
                 }
                 at += own.len();
                 scores.push(by_model);
@@ -176,12 +176,12 @@ pub fn compare(pairs: &[Pair], settings: &Settings, rows: &[Row]) -> Result<Comp
                     Ok((0..models).map(difference).collect())
                 })
                 .collect::<Result<_, EvaluateError>>()?;
-            for (model, standing) in standings.iter_mut().enumerate().filter(|(model, _)| contends(&scores, *model)) {
+            for (model, rank) in ranks.iter_mut().enumerate().filter(|(model, _)| contends(&scores, *model)) {
                 let own: Vec<Difference> = differences.iter().filter_map(|pair| pair[model]).collect();
-                standing.behind = behind(&own);
+                rank.behind = behind(&own);
             }
         }
-        choose(settings, standings, rows, k);
+        choose(settings, ranks, rows, k);
     }
     Ok(comparison)
 }
@@ -221,7 +221,7 @@ fn logarithm(score: f64) -> f64 {
 
 /// Marks the recommended model: of those that cannot be distinguished the one with the fewest searched parameters. Without a
 /// comparison, the first of those that have most results.
-fn choose(settings: &Settings, standings: &mut [Standing], rows: &[Row], measure: usize) {
+fn choose(settings: &Settings, ranks: &mut [ModelRank], rows: &[Row], measure: usize) {
     let searched = |model: usize| {
         let model = &settings.models[model];
         let fixed = |name: &str| model.overrides.get(name).is_some_and(|[low, high]| low == high);
@@ -230,13 +230,13 @@ fn choose(settings: &Settings, standings: &mut [Standing], rows: &[Row], measure
     let results = |model: usize| {
         rows.iter().filter(|row| row.place.model == model && row.place.measure == measure && row.found.is_ok()).count()
     };
-    let open = (0..standings.len()).filter(|&m| standings[m].behind.is_some_and(|behind| behind.is_open()));
-    let mean = |m: usize| standings[m].behind.map_or(0.0, |behind| behind.mean);
+    let open = (0..ranks.len()).filter(|&m| ranks[m].behind.is_some_and(|behind| behind.is_open()));
+    let mean = |m: usize| ranks[m].behind.map_or(0.0, |behind| behind.mean);
     let chosen = open
         .min_by(|&a, &b| searched(a).cmp(&searched(b)).then(mean(a).total_cmp(&mean(b))))
-        .or_else(|| (0..standings.len()).rev().max_by_key(|&m| results(m)));
+        .or_else(|| (0..ranks.len()).rev().max_by_key(|&m| results(m)));
     if let Some(chosen) = chosen {
-        standings[chosen].chosen = true;
+        ranks[chosen].chosen = true;
     }
 }
 

@@ -14,7 +14,7 @@ mod journal;
 mod table;
 mod work;
 
-pub use compare::{Comparison, HeldScore, Rule, Standing, compare};
+pub use compare::{Comparison, HeldScore, ModelRank, Rule, compare};
 pub use fits::fits;
 pub use holdout::{Held, driver, kept_and_held};
 pub use journal::{Journal, JournalError};

@@ -1,6 +1,6 @@
 //! The rows as a table, and their summary.
 
-use super::{Comparison, Drive, HeldScore, Pair, Row, Rule, SCHEMA_VERSION, Settings, Standing};
+use super::{Comparison, Drive, HeldScore, ModelRank, Pair, Row, Rule, SCHEMA_VERSION, Settings};
 use crate::catalog::Variant;
 use crate::statistics::quantile;
 use crate::study::merge::column_clash;
@@ -21,7 +21,7 @@ fn columns_of(model: &Variant) -> Vec<String> {
 #[must_use]
 pub fn clash(settings: &Settings) -> Option<String> {
     let alone = Settings { models: Vec::new(), ..settings.clone() };
-    let of_rule = |rule| table(&[], &alone, &[], &Comparison { rule, scores: Vec::new(), standings: Vec::new() });
+    let of_rule = |rule| table(&[], &alone, &[], &Comparison { rule, scores: Vec::new(), ranks: Vec::new() });
     let fixed = [Rule::HeldBack, Rule::Expected].map(of_rule);
     let taken: Vec<String> = fixed.into_iter().flat_map(|table| table.columns).map(|column| column.name).collect();
     let ends = if settings.intervals { &ENDS[..] } else { &[] };
@@ -210,7 +210,7 @@ pub fn overview(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &
                 .filter(|row| row.place.model == m && row.place.measure == k)
                 .filter_map(|row| Some((row.found.as_ref().ok()?, sound[row.place.pair])))
                 .collect();
-            let Standing { best, failed, behind, chosen } = comparison.standings[all.len()];
+            let ModelRank { best, failed, behind, chosen } = comparison.ranks[all.len()];
             let scored =
                 rows.iter().zip(&comparison.scores).filter(|(row, _)| row.place.model == m && row.place.measure == k);
             let compared: Vec<f64> =

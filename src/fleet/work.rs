@@ -1,7 +1,7 @@
 //! Calibrates the pairs, some at a time on one evaluator; on a CPU several evaluators run in parallel.
 
 use super::{Drive, Found, Journal, JournalError, Pair, Place, Row, Settings};
-use crate::calibrate::{CalibrateError, Replicate, SearchSpace, bound_times, calibrate_each};
+use crate::calibrate::{self, CalibrateError, Replicate, SearchSpace, bound_times, calibrate_each};
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluator::{Case, CaseError, Course, EvaluateError, Evaluator};
@@ -10,8 +10,9 @@ use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Trace;
 use crate::rescore;
 use crate::select::{Kind, Work};
-use rayon::ThreadPoolBuilder;
+use crate::workers::{NoThread, side_by_side};
 use std::collections::BTreeMap;
+use std::ops::ControlFlow;
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
 
@@ -33,11 +34,9 @@ pub enum FleetError {
     /// Rows cannot be kept.
     #[error(transparent)]
     Journal(#[from] JournalError),
-    /// The system does not let this process start a thread.
-    #[error(
-        "cannot start a thread for the calibrations: allow this process more threads or memory (`ulimit -u`, `ulimit -v`)"
-    )]
-    Threads(#[source] Box<dyn std::error::Error + Send + Sync>),
+    /// No thread can be started.
+    #[error(transparent)]
+    Threads(#[from] NoThread),
 }
 
 /// One calibration that can be done.
@@ -82,51 +81,23 @@ pub fn run(
                     add(together(pairs, settings, places, stop, warn)?)?;
                 }
             } else {
-                side_by_side(&open.chunks(ON_THE_CPU).collect::<Vec<_>>(), stop, &|places| {
-                    Ok(add(together(pairs, settings, places, stop, warn)?)?)
-                })?;
+                let parts: Vec<&[Place]> = open.chunks(ON_THE_CPU).collect();
+                let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
+                let work = |_: &dyn Fn()| -> Result<(), FleetError> {
+                    while !stop() && !failed.load(Ordering::Relaxed) {
+                        let Some(places) = parts.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
+                        let found = together(pairs, settings, places, stop, warn).and_then(|found| Ok(add(found)?));
+                        found.inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
+                    }
+                    Ok(())
+                };
+                side_by_side(rayon::current_num_threads().min(parts.len()), &work, &mut || {})?;
             }
         }
     }
     let rows = rows.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
     let mut rows: BTreeMap<Place, Row> = rows;
     Ok(places.iter().map(|place| rows.remove(place)).collect())
-}
-
-/// Does the same with each part, as many at a time as there are threads; each thread works alone.
-fn side_by_side(
-    parts: &[&[Place]],
-    stop: &(dyn Fn() -> bool + Sync),
-    each: &(dyn Fn(&[Place]) -> Result<(), FleetError> + Sync),
-) -> Result<(), FleetError> {
-    let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
-    let work = || -> Result<(), FleetError> {
-        // Work that is parallel elsewhere is sequential in this thread.
-        let alone = ThreadPoolBuilder::new().num_threads(1).use_current_thread().build();
-        let alone = alone.map_err(|error| FleetError::Threads(error.into()))?;
-        while !stop() && !failed.load(Ordering::Relaxed) {
-            let Some(part) = parts.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
-            alone.install(|| each(part)).inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
-        }
-        Ok(())
-    };
-    let threads = rayon::current_num_threads().min(parts.len());
-    std::thread::scope(|scope| {
-        let (mut workers, mut refused) = (Vec::new(), None);
-        for _ in 0..threads {
-            match std::thread::Builder::new().spawn_scoped(scope, work) {
-                Ok(worker) => workers.push(worker),
-                Err(error) => refused = Some(error),
-            }
-        }
-        // With fewer threads than requested it takes longer; the results are the same.
-        if let Some(error) = refused.filter(|_| workers.is_empty()) {
-            return Err(FleetError::Threads(error.into()));
-        }
-        workers
-            .into_iter()
-            .try_for_each(|worker| worker.join().unwrap_or_else(|panic| std::panic::resume_unwind(panic)))
-    })
 }
 
 fn build(
@@ -183,11 +154,13 @@ fn together(
     }
     let Some(place) = tasks.first().map(|task| task.place) else { return Ok(rows) };
     let cases = tasks.iter().map(|task| task.case.clone()).collect();
-    let spaces: Vec<SearchSpace> = tasks.iter().map(|task| task.space.clone()).collect();
     let mut evaluator = build(settings, cases, place, warn)?;
     let mut calibration = settings.calibration;
-    calibration.stop.max_evaluations = settings.most_evaluations(&spaces[0]);
-    let replicates = match calibrate_each(evaluator.as_mut(), &spaces, &calibration, stop) {
+    calibration.stop.max_evaluations = settings.most_evaluations(&tasks[0].space);
+    let search = |case: usize| calibrate::Task { space: &tasks[case].space, cases: case..case + 1, number: 0 };
+    let searches: Vec<calibrate::Task> = (0..tasks.len()).map(search).collect();
+    let mut go_on = |_, _| if stop() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let replicates = match calibrate_each(evaluator.as_mut(), &searches, &calibration, &mut go_on) {
         Err(CalibrateError::Evaluate(error)) => return Err(error.into()),
         Err(_) => return Ok(rows),
         Ok(replicates) => replicates,

@@ -1,4 +1,4 @@
-//! Models and everything that evaluates them: reference, lanes and GPU; optimisers and calibration; the plant that makes synthetic drives.
+//! Models and everything that evaluates them: reference, lanes and GPU; optimisers and calibration; the generator of synthetic drives.
 //!
 //! Part of leadlag. Its interface may change with any version; depend on `leadlag`.
 
@@ -14,13 +14,13 @@ pub mod gpu;
 pub mod identify;
 pub mod lanes;
 pub mod optimize;
-pub mod plant;
 pub mod reference;
 pub mod rescore;
 pub mod score;
 pub mod select;
 pub mod simulate;
 pub mod symbols;
+pub mod synthetic;
 pub mod wgsl;
 
 use leadlag_data::{text, trajectory, vehicle};

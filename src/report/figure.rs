@@ -167,7 +167,7 @@ impl Figure {
     }
 
     /// Shapes drawn in the closure belong together and share this tooltip.
-    pub fn told(&mut self, text: &str, draw: impl FnOnce(&mut Figure)) {
+    pub fn with_tooltip(&mut self, text: &str, draw: impl FnOnce(&mut Figure)) {
         let text = escape(text);
         self.push(format_args!("<g><title>{text}</title>"));
         draw(self);

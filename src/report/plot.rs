@@ -1,6 +1,7 @@
 //! The plot of a simulated follower: spacing, speed and acceleration, observed against simulated.
 
-use super::svg::{Panel, Series, Style, SvgError, render};
+use super::panel::{Panel, Series, Style};
+use super::svg::{SvgError, render};
 use crate::evaluator::{Case, Outcome};
 use crate::reference::Trace;
 use crate::score::{GoodnessOfFit, Signal};
@@ -35,15 +36,14 @@ pub fn draw(
     let series = |name: &str, values: &[f64], style| {
         let mut values = values.to_vec();
         values.resize(t.len(), f64::NAN);
-        Series { name: name.to_owned(), values, style }
+        Series::new(name, style, values)
     };
-    let panel = |label: &str, series| Panel { label: label.to_owned(), series };
     let panels = [
-        panel(
+        Panel::new(
             "spacing s [m]",
             vec![series("observed", &case.s, Style::Observed), series("simulated", &trace.s, Style::Simulated)],
         ),
-        panel(
+        Panel::new(
             "speed v [m/s]",
             vec![
                 series(ahead, &case.v_l, Style::Context),
@@ -51,7 +51,7 @@ pub fn draw(
                 series("simulated", &trace.v, Style::Simulated),
             ],
         ),
-        panel(
+        Panel::new(
             "acceleration a [m/s²]",
             vec![series("observed", &case.a_f, Style::Observed), series("simulated", &trace.a, Style::Simulated)],
         ),

@@ -1,6 +1,7 @@
 //! Errors of a simulation, sorted: from the columns of a simulation file to an error budget and to residuals over speed.
 
-use super::html::{Chart, Line, Panel, Role};
+use super::html::Chart;
+use super::panel::{Panel, Series, Style};
 use crate::diagnose::describe::covariates::Covariates;
 use crate::diagnose::describe::error_breakdown::{Budget, Errors, budget};
 use crate::result::{DataEntry, ResultFile};
@@ -155,12 +156,13 @@ pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
         });
         let (mean, deviation): (Vec<f64>, Vec<f64>) = statistics.unzip();
         let side = |sign: f64| -> Vec<f64> { mean.iter().zip(&deviation).map(|(m, d)| m + sign * d).collect() };
-        let lines = vec![
-            Line::new("mean", Role::Simulated, &mean),
-            Line::new("mean + deviation", Role::Context, &side(1.0)),
-            Line::new("mean − deviation", Role::Context, &side(-1.0)),
+        let (upper, lower) = (side(1.0), side(-1.0));
+        let series = vec![
+            Series::new("mean", Style::Simulated, mean),
+            Series::new("mean + deviation", Style::Context, upper),
+            Series::new("mean − deviation", Style::Context, lower),
         ];
-        Panel { label: label.to_owned(), lines }
+        Panel::new(label, series)
     };
     let labels = ["residual of s [m]", "residual of v [m/s]", "residual of a [m/s²]"];
     Some(Chart {
@@ -217,6 +219,8 @@ mod tests {
         // No samples between 5 and 8 m/s: points, and no line from one to the other.
         assert!(chart.points);
         assert_eq!(chart.x, [4.5, 5.5, 8.5, 9.5, 12.5]);
-        assert_eq!(chart.panels[0].lines[0].values, [Some(1.0), None, Some(0.5), None, Some(0.0)]);
+        let values = &chart.panels[0].series[0].values;
+        assert_eq!([values[0], values[2], values[4]], [1.0, 0.5, 0.0]);
+        assert!(values[1].is_nan() && values[3].is_nan() && values.len() == 5, "{values:?}");
     }
 }

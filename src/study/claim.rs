@@ -46,9 +46,8 @@ impl Claim {
 
     /// Ends a claim after its part is written. The file is removed while it is locked: a process that locks the old one afterwards finds
     /// the part.
-    pub fn finish(self) {
+    pub fn finish(&self) {
         let _ = fs::remove_file(&self.path);
-        drop(self.file);
     }
 }
 

@@ -1,15 +1,18 @@
-//! One task: calibrate, score again in f64, validate on the other trajectories.
+//! Tasks: calibrate, score again in f64, validate on the other trajectories.
 
 use super::part::{CalibrationRow, Part, RunRow, ValidationRow};
 use super::task::{Study, Task};
 use super::{PROGRAM, SCHEMA_VERSION, StudyError};
-use crate::calibrate::{CalibrateError, Calibration, Replicate, SearchSpace, StopReason, calibrate_replicate};
+use crate::calibrate::{
+    self, CalibrateError, Calibration, Progress, Replicate, SearchSpace, StopReason, calibrate_each,
+};
 use crate::catalog::Variant;
 use crate::evaluator::{Case, Evaluator, Outcome, Score};
 use crate::rescore;
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 use indexmap::IndexMap;
+use rayon::prelude::*;
 use std::ops::ControlFlow;
 
 /// Shared by all tasks of one variant and goodness of fit.
@@ -25,40 +28,64 @@ pub struct Round<'a> {
 }
 
 impl Round<'_> {
-    /// Computes a task; `None` if it was interrupted. `progress` receives the evaluations of each generation, and may stop.
+    /// Computes tasks, all at a time, on an evaluator of these drives; `finish` receives the parts, from any thread, and `None` for an
+    /// interrupted task. `progress` receives the evaluations of each generation and the index of its drive, and may stop.
     pub fn compute(
         &self,
-        task: &Task,
+        tasks: &[&Task],
         evaluator: &mut dyn Evaluator,
-        progress: &mut (dyn FnMut(u64) -> ControlFlow<()> + Send),
-    ) -> Result<Option<Part>, StudyError> {
-        let index = self.study.drive_of(task);
-        let space = self.study.space(index, &self.variant)?;
+        drives: &[usize],
+        progress: &(dyn Fn(usize, u64) -> ControlFlow<()> + Sync),
+        finish: &(dyn Fn(usize, Option<Part>) -> Result<(), StudyError> + Sync),
+    ) -> Result<(), StudyError> {
+        let indices: Vec<usize> = tasks.iter().map(|task| self.study.drive_of(task)).collect();
+        let spaces: Vec<SearchSpace> =
+            indices.iter().map(|&index| self.study.space(index, &self.variant)).collect::<Result<_, _>>()?;
+        let search = |(k, task): (usize, &&Task)| {
+            let case = drives.iter().position(|drive| *drive == indices[k]).expect("the evaluator has each drive");
+            calibrate::Task { space: &spaces[k], cases: case..case + 1, number: task.replicate }
+        };
+        let searches: Vec<calibrate::Task> = tasks.iter().enumerate().map(search).collect();
         let plan = &self.study.plan.calibration;
         let settings =
             Calibration { optimizer: plan.optimizer, seed: plan.seed, stop: plan.stop, ..Calibration::default() };
-        let mut before = 0;
-        let found = calibrate_replicate(evaluator, &space, &settings, task.replicate, &mut |told| {
-            let new = told.evaluations - before;
-            before = told.evaluations;
-            progress(new)
-        });
-        let mut row = self.row(task, index, evaluator);
-        let mut validations = Vec::new();
-        match found {
-            Ok(Replicate { stop: StopReason::Interrupted, .. }) | Err(CalibrateError::Interrupted) => return Ok(None),
-            Ok(replicate) => validations = self.found(&mut row, index, &space, &replicate)?,
-            Err(CalibrateError::Infeasible { evaluations, tally, .. }) => {
-                row.evaluations = evaluations;
-                row.reason = Some(format!("none of {evaluations} candidates is feasible: {tally}"));
+        let mut spent = vec![0; tasks.len()];
+        let mut tell = |k: usize, told: Progress| {
+            let before = std::mem::replace(&mut spent[k], told.evaluations);
+            progress(indices[k], told.evaluations - before)
+        };
+        let found = match calibrate_each(evaluator, &searches, &settings, &mut tell) {
+            Err(CalibrateError::Evaluate(error)) => return Err(error.into()),
+            found => found.map_err(|source| StudyError::Calibrate { id: tasks[0].id.clone(), source })?,
+        };
+        let by = (evaluator.name(), evaluator.precision(), evaluator.adapter());
+        found.into_par_iter().enumerate().try_for_each(|(k, found)| {
+            let (task, index) = (tasks[k], indices[k]);
+            let mut row = self.row(task, index, by.clone());
+            let mut validations = Vec::new();
+            match found {
+                Ok(Replicate { stop: StopReason::Interrupted, .. }) | Err(CalibrateError::Interrupted) => {
+                    return finish(k, None);
+                }
+                Ok(replicate) => validations = self.found(&mut row, index, &spaces[k], &replicate)?,
+                Err(CalibrateError::Infeasible { evaluations, tally, .. }) => {
+                    row.evaluations = evaluations;
+                    row.reason = Some(format!("none of {evaluations} candidates is feasible: {tally}"));
+                }
+                Err(source) => return Err(StudyError::Calibrate { id: task.id.clone(), source }),
             }
-            Err(source) => return Err(StudyError::Calibrate { id: task.id.clone(), source }),
-        }
-        Ok(Some(Part { schema_version: SCHEMA_VERSION, id: task.id.clone(), calibration: row, validations }))
+            let id = task.id.clone();
+            finish(k, Some(Part { schema_version: SCHEMA_VERSION, id, calibration: row, validations }))
+        })
     }
 
     /// A row without a result yet.
-    fn row(&self, task: &Task, index: usize, evaluator: &dyn Evaluator) -> CalibrationRow {
+    fn row(
+        &self,
+        task: &Task,
+        index: usize,
+        (evaluator, precision, adapter): (&str, &str, Option<String>),
+    ) -> CalibrationRow {
         let (plan, drive) = (&self.study.plan.calibration, &self.study.drives[index].entry);
         CalibrationRow {
             program: PROGRAM.clone(),
@@ -75,9 +102,9 @@ impl Round<'_> {
             optimizer: plan.optimizer.runs().to_owned(),
             seed: plan.seed,
             replicate: task.replicate,
-            evaluator: evaluator.name().to_owned(),
-            precision: evaluator.precision().to_owned(),
-            adapter: evaluator.adapter(),
+            evaluator: evaluator.to_owned(),
+            precision: precision.to_owned(),
+            adapter,
             success: false,
             reason: None,
             evaluations: 0,

@@ -1,10 +1,11 @@
 //! The trajectories of a plan: read and prepared, with vehicle and fingerprint.
 
+use super::error::DriveError;
 use super::fingerprint;
 use super::plan::{DataPlan, PlatoonPlan};
 use super::several;
-use crate::trajectory::import::{ColumnMap, MapError, read_mapped};
-use crate::trajectory::{Grade, ImportError, Platoon, Preparation, PrepareError, Recording, Trajectory};
+use crate::trajectory::import::{ColumnMap, read_mapped};
+use crate::trajectory::{Grade, Platoon, Preparation, Recording, Trajectory};
 use crate::trajectory::{import, is_nameless, prepare, prepare_platoon};
 use crate::vehicle::{Vehicle, VehicleError, read_table};
 use serde::{Deserialize, Serialize};
@@ -55,82 +56,6 @@ impl DriveEntry {
     #[must_use]
     pub fn label(&self) -> String {
         format!("{} follower {}", self.platoon, self.follower)
-    }
-}
-
-/// Data of a plan that cannot be used.
-#[derive(Debug, thiserror::Error)]
-pub enum DriveError {
-    /// The file cannot be imported.
-    #[error("{}", unread(platoon, missing.as_deref()))]
-    Import {
-        /// The platoon.
-        platoon: String,
-        /// The file, if it is missing.
-        missing: Option<String>,
-        /// The cause of the error.
-        source: Box<ImportError>,
-    },
-    /// The column map is broken or unknown.
-    #[error("platoon {platoon}: columns")]
-    Map {
-        /// The platoon.
-        platoon: String,
-        /// The cause of the error.
-        source: Box<MapError>,
-    },
-    /// The follower cannot be prepared.
-    #[error("platoon {platoon}")]
-    Prepare {
-        /// The platoon.
-        platoon: String,
-        /// The cause of the error.
-        source: Box<PrepareError>,
-    },
-    /// Several trajectories, of which a study needs one.
-    #[error(
-        "platoon {platoon} follower {follower}: {count} trajectories ({}); choose one with trajectory = \"ID\", or cut one out with from_s and to_s if long gaps split the file",
-        labels.join(", ")
-    )]
-    Several {
-        /// The platoon.
-        platoon: String,
-        /// The follower.
-        follower: usize,
-        /// Their number.
-        count: usize,
-        /// The first of them.
-        labels: Vec<String>,
-    },
-    /// No file matches a pattern.
-    #[error("platoon {platoon}: expected files {pattern}, found none")]
-    NoFile {
-        /// The platoon.
-        platoon: String,
-        /// The pattern.
-        pattern: String,
-    },
-    /// None of the trajectories of an entry can be used.
-    #[error("platoon {platoon}: none of {count} trajectories can be used; the first: {reason}")]
-    NoneUsable {
-        /// The platoon.
-        platoon: String,
-        /// Their number.
-        count: usize,
-        /// The fault of the first.
-        reason: String,
-    },
-    /// The vehicle is unknown, or its table is broken.
-    #[error(transparent)]
-    Vehicle(#[from] VehicleError),
-}
-
-fn unread(platoon: &str, missing: Option<&str>) -> String {
-    match missing {
-        Some(path) => format!(
-            "{path}: no such file, needed by platoon {platoon}; `--data DIR` names another data folder than the plan does"
-        ),
-        None => format!("platoon {platoon}"),
     }
 }
 

@@ -1,9 +1,12 @@
 //! Studies that cannot be carried out.
 
 use super::PlanError;
-use super::drive::DriveError;
 use crate::calibrate::{BoundsError, CalibrateError};
 use crate::evaluator::{CaseError, EvaluateError};
+use crate::trajectory::import::MapError;
+use crate::trajectory::{ImportError, PrepareError};
+use crate::vehicle::VehicleError;
+use crate::workers::NoThread;
 use std::path::Path;
 
 /// A study that cannot be planned, run or merged.
@@ -120,14 +123,9 @@ pub enum StudyError {
         /// This program.
         program: String,
     },
-    /// The system does not let this process start a thread.
-    #[error(
-        "cannot start a thread for the calibrations: allow this process more threads or memory (`ulimit -u`, `ulimit -v`)"
-    )]
-    Threads {
-        /// The cause of the error.
-        source: std::io::Error,
-    },
+    /// No thread can be started.
+    #[error(transparent)]
+    Threads(#[from] NoThread),
     /// No such task.
     #[error("task `{id}`: {found} tasks of this study begin with this id, expected one{}; tasks.jsonl lists all", listed(first, *found))]
     NoTask {
@@ -138,6 +136,82 @@ pub enum StudyError {
         /// The ids of the first of them.
         first: Vec<String>,
     },
+}
+
+/// Data of a plan that cannot be used.
+#[derive(Debug, thiserror::Error)]
+pub enum DriveError {
+    /// The file cannot be imported.
+    #[error("{}", unread(platoon, missing.as_deref()))]
+    Import {
+        /// The platoon.
+        platoon: String,
+        /// The file, if it is missing.
+        missing: Option<String>,
+        /// The cause of the error.
+        source: Box<ImportError>,
+    },
+    /// The column map is broken or unknown.
+    #[error("platoon {platoon}: columns")]
+    Map {
+        /// The platoon.
+        platoon: String,
+        /// The cause of the error.
+        source: Box<MapError>,
+    },
+    /// The follower cannot be prepared.
+    #[error("platoon {platoon}")]
+    Prepare {
+        /// The platoon.
+        platoon: String,
+        /// The cause of the error.
+        source: Box<PrepareError>,
+    },
+    /// Several trajectories, of which a study needs one.
+    #[error(
+        "platoon {platoon} follower {follower}: {count} trajectories ({}); choose one with trajectory = \"ID\", or cut one out with from_s and to_s if long gaps split the file",
+        labels.join(", ")
+    )]
+    Several {
+        /// The platoon.
+        platoon: String,
+        /// The follower.
+        follower: usize,
+        /// Their number.
+        count: usize,
+        /// The first of them.
+        labels: Vec<String>,
+    },
+    /// No file matches a pattern.
+    #[error("platoon {platoon}: expected files {pattern}, found none")]
+    NoFile {
+        /// The platoon.
+        platoon: String,
+        /// The pattern.
+        pattern: String,
+    },
+    /// None of the trajectories of an entry can be used.
+    #[error("platoon {platoon}: none of {count} trajectories can be used; the first: {reason}")]
+    NoneUsable {
+        /// The platoon.
+        platoon: String,
+        /// Their number.
+        count: usize,
+        /// The fault of the first.
+        reason: String,
+    },
+    /// The vehicle is unknown, or its table is broken.
+    #[error(transparent)]
+    Vehicle(#[from] VehicleError),
+}
+
+fn unread(platoon: &str, missing: Option<&str>) -> String {
+    match missing {
+        Some(path) => format!(
+            "{path}: no such file, needed by platoon {platoon}; `--data DIR` names another data folder than the plan does"
+        ),
+        None => format!("platoon {platoon}"),
+    }
 }
 
 /// `: A, B, ...` of the known ids.

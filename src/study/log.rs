@@ -1,7 +1,6 @@
 //! Work and time of each process, in a separate file: no result depends on it.
 
 use super::folder::{Folder, write_whole};
-use super::run::Progress;
 use super::{PROGRAM, SCHEMA_VERSION};
 use crate::text::bounded::{self, TEXT_MAX};
 use crate::whole::TEMPORARY;
@@ -11,6 +10,23 @@ use std::time::{Duration, Instant, SystemTime};
 
 /// How often the file is rewritten.
 const RENEW: Duration = Duration::from_secs(10);
+
+/// Progress of a run; may be read from any thread.
+#[derive(Debug, Default)]
+pub struct Progress {
+    /// Finished tasks of this run, including earlier ones and those of other runs.
+    pub done: AtomicU64,
+    /// Tasks that this run computed.
+    pub computed: AtomicU64,
+    /// Of these, calibrations without a result.
+    pub failed: AtomicU64,
+    /// Simulated candidates.
+    pub evaluations: AtomicU64,
+    /// Those of tasks that this run computes.
+    pub finished: AtomicU64,
+    /// Simulated steps.
+    pub steps: AtomicU64,
+}
 
 /// The file of this process.
 pub(super) struct Log<'a> {

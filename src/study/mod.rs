@@ -9,7 +9,6 @@
 //! Only finished parts count. A task's id is a hash of all inputs of its result, so that a part is valid wherever it was computed, and the
 //! merged bytes do not depend on processes, times, order or interruptions. `docs/STUDY.md` describes files and columns.
 
-mod batch;
 mod claim;
 mod compute;
 pub mod drive;
@@ -30,11 +29,11 @@ mod task;
 mod verify;
 
 pub use claim::{count as claimed, locks};
-pub use error::StudyError;
+pub use error::{DriveError, StudyError};
 pub(crate) use fingerprint::fingerprint;
-pub use log::{PastRuns, past_runs};
+pub use log::{PastRuns, Progress, past_runs};
 pub use plan::{Plan, PlanError};
-pub use run::{Assignment, Event, Progress, RunSettings, Summary, run};
+pub use run::{Assignment, Event, RunSettings, Summary, run};
 pub use task::{NotAShard, Shard, Study, Task};
 pub use verify::{Verified, drawn, verify};
 

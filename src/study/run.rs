@@ -1,31 +1,30 @@
-//! Running tasks: variant by variant, many at a time, each written as soon as it is finished.
+//! Running tasks: variant by variant, several at a time, which are written when all of them are finished.
 
 use super::StudyError;
-use super::batch::{Line, Post};
 use super::claim::Claim;
 use super::compute::Round;
 use super::folder::{Folder, write_whole};
-use super::log::Log;
+use super::log::{Log, Progress};
 use super::part::Part;
 use super::task::{Study, Task};
 use crate::catalog::Variant;
-use crate::evaluator::AdapterChoice;
-use crate::evaluator::EvaluateError;
+use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator};
 use crate::lanes::LanesPrecision;
 use crate::optimize::GaSettings;
 use crate::score::GoodnessOfFit;
-use crate::select::{Selection, Work};
+use crate::select::{Kind, Selection, Work};
 use crate::text::bounded::{self, RESULT_MAX};
 use crate::whole::TEMPORARY;
+use crate::workers::side_by_side;
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
 use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Number of calibrations under way per CPU thread: enough for full blocks, and few enough that a power failure costs little.
+/// Number of calibrations under way per CPU thread: few enough that a power failure costs little.
 const PER_THREAD: usize = 8;
-/// Largest number of calibrations under way on a device: each holds a thread and an open file.
+/// Largest number of calibrations under way on a device: each holds a file open.
 const ON_A_DEVICE: usize = 512;
 /// First interval at which a run checks whether tasks of another run are finished; it doubles each time.
 const LOOK_AGAIN: Duration = Duration::from_millis(200);
@@ -58,23 +57,6 @@ pub struct RunSettings {
     pub adapter: AdapterChoice,
     /// Receiver of the evaluator's warnings.
     pub warn: fn(&str),
-}
-
-/// Progress of a run; may be read from any thread.
-#[derive(Debug, Default)]
-pub struct Progress {
-    /// Finished tasks of this run, including earlier ones and those of other runs.
-    pub done: AtomicU64,
-    /// Tasks that this run computed.
-    pub computed: AtomicU64,
-    /// Of these, calibrations without a result.
-    pub failed: AtomicU64,
-    /// Simulated candidates.
-    pub evaluations: AtomicU64,
-    /// Those of tasks that this run computes.
-    pub finished: AtomicU64,
-    /// Simulated steps.
-    pub steps: AtomicU64,
 }
 
 /// Messages to the user during a run.
@@ -111,19 +93,12 @@ struct Shared<'a> {
     tasks: &'a [Task],
     progress: &'a Progress,
     interrupted: &'a (dyn Fn() -> bool + Sync),
-    /// The first error; ends the run.
-    error: Mutex<Option<StudyError>>,
+    /// Ends the run after an error.
     stop: AtomicBool,
     by_others: AtomicU64,
 }
 
 impl Shared<'_> {
-    fn fail(&self, error: StudyError) {
-        let mut first = self.error.lock().unwrap_or_else(PoisonError::into_inner);
-        first.get_or_insert(error);
-        self.stop.store(true, Ordering::SeqCst);
-    }
-
     fn stopped(&self) -> bool {
         self.stop.load(Ordering::SeqCst) || (self.interrupted)()
     }
@@ -153,8 +128,8 @@ pub fn run(
         ));
     }
     let mut log = Log::new(folder, progress);
-    let (error, by_others) = (Mutex::new(None), AtomicU64::new(0));
-    let shared = Shared { folder, tasks, progress, interrupted, error, stop: AtomicBool::new(false), by_others };
+    let (stop, by_others) = (AtomicBool::new(false), AtomicU64::new(0));
+    let shared = Shared { folder, tasks, progress, interrupted, stop, by_others };
     // Reports progress: thousands of parts take a while. An early stop returns the inventory so far, read or not.
     let is_left = |&i: &usize| {
         let id = &tasks[i].id;
@@ -173,7 +148,7 @@ pub fn run(
                 deferred.extend(group);
                 continue;
             }
-            deferred.extend(round(study, group, settings, &shared, &mut log, tell)?);
+            deferred.extend(round(study, group, settings, &shared, &mut log, tell).inspect_err(|_| log.write())?);
         }
         left = deferred;
         if left.len() < waiting {
@@ -186,9 +161,6 @@ pub fn run(
         }
     }
     log.write();
-    if let Some(error) = shared.error.into_inner().unwrap_or_else(PoisonError::into_inner) {
-        return Err(error);
-    }
     let (computed, by_others) = (progress.computed.load(Ordering::SeqCst), shared.by_others.load(Ordering::SeqCst));
     Ok(Summary {
         tasks: chosen.len(),
@@ -228,6 +200,40 @@ fn is_done(folder: &Folder, id: &str) -> bool {
     part.is_some_and(|part| part.id == id)
 }
 
+/// Tasks of one variant and goodness of fit.
+struct Queue<'a> {
+    shared: &'a Shared<'a>,
+    open: Mutex<VecDeque<usize>>,
+    /// Those that other runs work on, and interrupted ones.
+    left: Mutex<Vec<usize>>,
+}
+
+impl Queue<'_> {
+    /// Claims tasks, besides those already claimed, until there are this many.
+    fn take(&self, mut claimed: Vec<(usize, Claim)>, count: usize) -> Vec<(usize, Claim)> {
+        let Shared { folder, tasks, progress, by_others, .. } = self.shared;
+        let next = || self.open.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
+        while claimed.len() < count && !self.shared.stopped() {
+            let Some(i) = next() else { break };
+            match Claim::take(folder, &tasks[i].id) {
+                None => self.leave(i),
+                // Since the first check, another run has finished it.
+                Some(claim) if is_done(folder, &tasks[i].id) => {
+                    by_others.fetch_add(1, Ordering::SeqCst);
+                    progress.done.fetch_add(1, Ordering::SeqCst);
+                    claim.finish();
+                }
+                Some(claim) => claimed.push((i, claim)),
+            }
+        }
+        claimed
+    }
+
+    fn leave(&self, i: usize) {
+        self.left.lock().unwrap_or_else(PoisonError::into_inner).push(i);
+    }
+}
+
 /// The tasks of one variant and goodness of fit; returns those that are left to others, or by an interruption.
 fn round(
     study: &Study,
@@ -237,134 +243,100 @@ fn round(
     log: &mut Log,
     tell: &mut dyn FnMut(Event),
 ) -> Result<Vec<usize>, StudyError> {
-    let mut queue: VecDeque<(usize, Option<Claim>)> = group.iter().map(|&i| (i, None)).collect();
+    let (open, left) = (Mutex::new(group.iter().copied().collect()), Mutex::new(Vec::new()));
+    let queue = Queue { shared, open, left };
     // Without a task to start with, no evaluator is needed.
-    let free = queue.iter_mut().find_map(|entry| {
-        entry.1 = Claim::take(shared.folder, &shared.tasks[entry.0].id);
-        entry.1.as_ref().map(|_| ())
-    });
-    if free.is_none() {
-        let settled = |&i: &usize| {
-            let done = is_done(shared.folder, &shared.tasks[i].id);
-            shared.by_others.fetch_add(u64::from(done), Ordering::SeqCst);
-            shared.progress.done.fetch_add(u64::from(done), Ordering::SeqCst);
-            !done
-        };
-        return Ok(group.iter().copied().filter(settled).collect());
+    let first = queue.take(Vec::new(), 1);
+    if !first.is_empty() {
+        compute(study, group.len(), first, settings, &queue, log, tell)?;
     }
-    let task = &shared.tasks[group[0]];
-    let named = |variant: &&Variant| variant.name() == task.variant;
-    let variant = *study.plan.calibration.variants.iter().find(named).expect("a task is of a variant of the plan");
-    let gof: GoodnessOfFit = task.gof.parse().expect("the name of a goodness of fit of the plan");
-    tell(Event::Variant(&task.variant));
-    let cases = (0..study.drives.len()).map(|i| study.case(i, &variant)).collect::<Result<Vec<_>, _>>()?;
-    let plan = &study.plan.calibration;
-    let selection = Selection { kind: plan.evaluator, precision: plan.precision, adapter: settings.adapter.clone() };
-    let most = settings.in_flight.unwrap_or(ON_A_DEVICE).min(group.len());
-    let work = Work { candidates: most * GaSettings::default().population_size, precision: LanesPrecision::Plain };
-    let mut evaluator = selection.build(cases.clone(), gof, work, settings.warn)?;
-    // Each holds a file open, and some systems allow only 1024 per process.
-    let on_cpu = (PER_THREAD * rayon::current_num_threads()).min(ON_A_DEVICE);
-    let threads = if evaluator.overlaps() { ON_A_DEVICE } else { on_cpu };
-    let threads = settings.in_flight.unwrap_or(threads).clamp(1, group.len());
-    log.evaluator = format!("{} ({})", evaluator.name(), evaluator.precision());
-
-    let round = Round { study, variant, gof, cases };
-    let (queue, deferred) = (Mutex::new(queue), Mutex::new(Vec::new()));
-    let mut post = Post::new(evaluator.as_mut());
-    let lines: Vec<Line> = (0..threads).map(|_| post.line()).collect();
-    let served = std::thread::scope(|scope| {
-        let mut at_work = 0;
-        for line in lines {
-            let thread = std::thread::Builder::new();
-            let work = || worker(&round, line, &queue, &deferred, shared);
-            // With fewer threads than requested it takes longer; the results are the same.
-            match thread.spawn_scoped(scope, work) {
-                Ok(_) => at_work += 1,
-                Err(source) if at_work == 0 => shared.fail(StudyError::Threads { source }),
-                Err(_) => {}
-            }
-        }
-        post.serve(&mut || {
-            log.renew();
-            tell(Event::Tick);
-        })
-    });
-    let mut left = deferred.into_inner().unwrap_or_else(PoisonError::into_inner);
-    left.extend(queue.into_inner().unwrap_or_else(PoisonError::into_inner).into_iter().map(|(i, _)| i));
+    let mut left = queue.left.into_inner().unwrap_or_else(PoisonError::into_inner);
+    left.extend(queue.open.into_inner().unwrap_or_else(PoisonError::into_inner));
     left.sort_unstable();
-    if let Err(error) = served {
-        // An error of the threads means only that the post has closed.
-        return Err(error.into());
-    }
     Ok(left)
 }
 
-/// One thread: task after task until none remains.
-fn worker(
-    round: &Round,
-    line: Line,
-    queue: &Mutex<VecDeque<(usize, Option<Claim>)>>,
-    deferred: &Mutex<Vec<usize>>,
-    shared: &Shared,
-) {
-    let next = || queue.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
-    let defer = |i| deferred.lock().unwrap_or_else(PoisonError::into_inner).push(i);
-    while let Some((i, claim)) = next() {
-        let task = &shared.tasks[i];
-        let Some(claim) = claim.or_else(|| Claim::take(shared.folder, &task.id)) else {
-            defer(i);
-            continue;
-        };
-        if shared.stopped() {
-            defer(i);
-            return;
-        }
-        // Between the first check and the claim, another run may have finished it.
-        if is_done(shared.folder, &task.id) {
-            shared.by_others.fetch_add(1, Ordering::SeqCst);
-            shared.progress.done.fetch_add(1, Ordering::SeqCst);
-            claim.finish();
-            continue;
-        }
-        match one(round, &line, task, shared) {
-            Ok(true) => claim.finish(),
-            Ok(false) => defer(i),
-            Err(error) => {
-                // A closed post is the consequence of an error that its owner reports.
-                if !is_closed(&error) {
-                    shared.fail(error);
-                }
-                return;
-            }
-        }
+/// Computes those tasks of a queue, of originally `count`, that this run can claim; the first ones are claimed.
+fn compute(
+    study: &Study,
+    count: usize,
+    first: Vec<(usize, Claim)>,
+    settings: &RunSettings,
+    queue: &Queue,
+    log: &mut Log,
+    tell: &mut dyn FnMut(Event),
+) -> Result<(), StudyError> {
+    let task = &queue.shared.tasks[first[0].0];
+    let plan = &study.plan.calibration;
+    let named = |variant: &&Variant| variant.name() == task.variant;
+    let variant = *plan.variants.iter().find(named).expect("a task is of a variant of the plan");
+    let gof: GoodnessOfFit = task.gof.parse().expect("the name of a goodness of fit of the plan");
+    tell(Event::Variant(&task.variant));
+    let cases = (0..study.drives.len()).map(|i| study.case(i, &variant)).collect::<Result<Vec<_>, _>>()?;
+    let most = settings.in_flight.unwrap_or(ON_A_DEVICE).min(count);
+    let work = Work { candidates: most * GaSettings::default().population_size, precision: LanesPrecision::Plain };
+    let mut selection =
+        Selection { kind: plan.evaluator, precision: plan.precision, adapter: settings.adapter.clone() };
+    let chosen = selection.build(cases.clone(), gof, work, settings.warn)?;
+    log.evaluator = format!("{} ({})", chosen.name(), chosen.precision());
+    let is_device = chosen.overlaps();
+    drop(chosen);
+    // The choice is made and its warnings are given.
+    if selection.kind == Kind::Auto && !is_device {
+        selection = Selection { kind: Kind::Lanes, adapter: AdapterChoice::Best, ..selection };
     }
-}
 
-fn is_closed(error: &StudyError) -> bool {
-    use crate::calibrate::CalibrateError;
-    let StudyError::Calibrate { source: CalibrateError::Evaluate(EvaluateError::Model(model)), .. } = error else {
-        return false;
+    // A device needs all tasks under way at a time; on the CPU, each thread has some. Each task holds a file open, and some systems allow
+    // only 1024 per process.
+    let threads = rayon::current_num_threads();
+    let suitable = if is_device { ON_A_DEVICE } else { (PER_THREAD * threads).min(ON_A_DEVICE) };
+    let under_way = settings.in_flight.unwrap_or(suitable).clamp(1, count);
+    let workers = if is_device { 1 } else { threads.min(under_way) };
+    let (first, round) = (Mutex::new(first), Round { study, variant, gof, cases });
+    let build = |cases| selection.build(cases, gof, work, settings.warn);
+    let work = |tell: &dyn Fn()| loop {
+        let first = std::mem::take(&mut *first.lock().unwrap_or_else(PoisonError::into_inner));
+        let claimed = queue.take(first, under_way / workers);
+        if claimed.is_empty() {
+            return Ok(());
+        }
+        together(&round, &claimed, queue, &build).inspect_err(|_| queue.shared.stop.store(true, Ordering::SeqCst))?;
+        tell();
     };
-    model.is::<super::batch::Closed>()
+    side_by_side(workers, &work, &mut || {
+        log.renew();
+        tell(Event::Tick);
+    })
 }
 
-/// Computes and writes one task; false if it was interrupted.
-fn one(round: &Round, line: &Line, task: &Task, shared: &Shared) -> Result<bool, StudyError> {
-    let drive = round.study.drive_of(task);
-    let samples = round.study.drives[drive].entry.samples as u64;
-    let mut outpost = line.outpost(drive, round.cases[drive].clone());
-    let progress = shared.progress;
-    let part = round.compute(task, &mut outpost, &mut |evaluations| {
+/// Makes the evaluator of some cases.
+type Build<'a> = dyn Fn(Vec<Case>) -> Result<Box<dyn Evaluator>, EvaluateError> + Sync + 'a;
+
+/// Computes and writes claimed tasks.
+fn together(round: &Round, claimed: &[(usize, Claim)], queue: &Queue, build: &Build) -> Result<(), StudyError> {
+    let Shared { folder, tasks, progress, .. } = queue.shared;
+    let own: Vec<&Task> = claimed.iter().map(|(i, _)| &tasks[*i]).collect();
+    let mut drives: Vec<usize> = own.iter().map(|task| round.study.drive_of(task)).collect();
+    drives.dedup();
+    let mut evaluator = build(drives.iter().map(|&drive| round.cases[drive].clone()).collect())?;
+    let count = |drive: usize, evaluations: u64| {
         progress.evaluations.fetch_add(evaluations, Ordering::SeqCst);
+        let samples = round.study.drives[drive].entry.samples as u64;
         progress.steps.fetch_add(evaluations * samples, Ordering::SeqCst);
-        if shared.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
-    })?;
-    let Some(part) = part else { return Ok(false) };
-    write_whole(&shared.folder.part(&task.id), &part.encode())?;
-    progress.finished.fetch_add(part.calibration.evaluations, Ordering::SeqCst);
-    progress.computed.fetch_add(1, Ordering::SeqCst);
-    progress.failed.fetch_add(u64::from(!part.calibration.success), Ordering::SeqCst);
-    progress.done.fetch_add(1, Ordering::SeqCst);
-    Ok(true)
+        if queue.shared.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    };
+    round.compute(&own, evaluator.as_mut(), &drives, &count, &|k, part| {
+        let (i, claim) = &claimed[k];
+        let Some(part) = part else {
+            queue.leave(*i);
+            return Ok(());
+        };
+        write_whole(&folder.part(&part.id), &part.encode())?;
+        progress.finished.fetch_add(part.calibration.evaluations, Ordering::SeqCst);
+        progress.computed.fetch_add(1, Ordering::SeqCst);
+        progress.failed.fetch_add(u64::from(!part.calibration.success), Ordering::SeqCst);
+        progress.done.fetch_add(1, Ordering::SeqCst);
+        claim.finish();
+        Ok(())
+    })
 }

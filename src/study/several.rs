@@ -1,6 +1,6 @@
 //! One entry of a plan for several drives: the files of a pattern, or the trajectories of a table.
 
-use super::drive::DriveError;
+use super::error::DriveError;
 use super::plan::PlatoonPlan;
 use crate::trajectory::Recording;
 use std::collections::HashSet;

@@ -3,8 +3,9 @@
 
 use super::folder::Folder;
 use super::inventory::Inventory;
+use super::log::Progress;
 use super::part::Part;
-use super::run::{Assignment, Event, Progress, RunSettings, run};
+use super::run::{Assignment, Event, RunSettings, run};
 use super::{StudyError, inventory, sha256};
 
 /// Parts that were computed again.

@@ -4,7 +4,7 @@ use leadlag::internal::calibrate::{Overrides, SearchSpace};
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
 use leadlag::internal::evaluator::{Case, Population};
-use leadlag::internal::plant;
+use leadlag::internal::synthetic;
 use leadlag::internal::trajectory::{Grade, Preparation, Trajectory, import, prepare};
 use leadlag::internal::vehicle::{Mfc, Vehicle};
 use std::path::Path;
@@ -12,10 +12,10 @@ use std::path::Path;
 /// Behind the leader of a made-up platoon on a hilly closed track.
 pub fn drive(duration_s: f64) -> Trajectory {
     let platoon =
-        plant::run(&plant::Scenario { duration_s, ..Default::default() }).expect("the scenario can be driven");
+        synthetic::run(&synthetic::Scenario { duration_s, ..Default::default() }).expect("the scenario can be driven");
     let (mut file, mut slope) = (Vec::new(), Vec::new());
-    plant::write_pair(&platoon, 1, &mut file).expect("memory");
-    plant::write_slope(&platoon, &mut slope).expect("memory");
+    synthetic::write_pair(&platoon, 1, &mut file).expect("memory");
+    synthetic::write_slope(&platoon, &mut slope).expect("memory");
     let recording = import::read_bytes(&file, "pair.csv", None).expect("what was just written");
     let mut trajectory = prepare(&recording, 1, &Preparation::default()).expect("a good drive").remove(0);
     trajectory.grade = Some(Grade::read_from(slope.as_slice(), "slope.csv").expect("what was just written"));

@@ -1,7 +1,7 @@
 //! `leadlag bench diagnosis`: its journal, and its output into a page.
 
 use crate::common::made_up;
-use leadlag::internal::bench::{DiagnosisJournal, DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks, planted};
+use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, Journal, SIZES, diagnosis_tasks, planted};
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::judge::oracle::known;
 use leadlag::internal::diagnose::{Effort, PROGRAM, Question};
@@ -124,9 +124,9 @@ fn lines_of_another_state_of_the_diagnosis_are_passed_over() {
     let count = journal(folder.path());
     let path = folder.path().join("diagnosis.jsonl");
     let text = std::fs::read_to_string(&path).expect("a journal");
-    let lines = || DiagnosisJournal::open(&path).expect("a journal");
+    let lines = || Journal::<DiagnosisOutcome>::open(&path).expect("a journal");
     let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES).expect("few cases");
-    let kept = |journal: &DiagnosisJournal| tasks.iter().filter(|task| journal.get(task).is_some()).count();
+    let kept = |journal: &Journal<DiagnosisOutcome>| tasks.iter().filter(|task| journal.get(task).is_some()).count();
     assert_eq!(kept(&lines()), count);
     let before = text.replacen(PROGRAM.as_str(), concat!("leadlag ", env!("CARGO_PKG_VERSION")), 3);
     std::fs::write(&path, before).expect("written");

@@ -2,7 +2,7 @@
 
 use crate::common;
 use leadlag::internal::diagnose::data::{Finding, FindingKind, Link, Who, check, correct};
-use leadlag::internal::plant::{self, Noise, Profile, Scenario};
+use leadlag::internal::synthetic::{self, Noise, Profile, Scenario};
 use leadlag::internal::trajectory::{Recording, import, prepare};
 
 const SENSOR: Noise = Noise { speed_mps: 0.02, gap_m: 0.02 };
@@ -10,9 +10,9 @@ const SENSOR: Noise = Noise { speed_mps: 0.02, gap_m: 0.02 };
 /// A synthetic platoon, imported as any file.
 fn drive(seed: u64, noise: Noise, profile: Profile) -> Recording {
     let scenario = Scenario { seed, noise, profile, ..Scenario::default() };
-    let synthetic = plant::run(&scenario).expect("the default platoon drives");
+    let synthetic = synthetic::run(&scenario).expect("the default platoon drives");
     let mut file = Vec::new();
-    plant::write_openacc(&synthetic, &mut file).expect("memory takes all");
+    synthetic::write_openacc(&synthetic, &mut file).expect("memory takes all");
     import::read_bytes(&file, "synthetic.csv", None).expect("what we wrote can be read")
 }
 
@@ -170,7 +170,7 @@ fn a_late_clock_is_found_and_the_signal_named() {
 #[test]
 fn an_offset_of_the_gap_needs_positions() {
     let scenario = Scenario { seed: 103, noise: SENSOR, ..Scenario::default() };
-    let synthetic = plant::run(&scenario).expect("the default platoon drives");
+    let synthetic = synthetic::run(&scenario).expect("the default platoon drives");
     let mut recording = drive(103, SENSOR, Profile::Cruise);
     assert!(check(&recording, 0, 1).expect("there").unseen.iter().any(|line| line.contains("positions of both cars")));
     for (car, x) in recording.platoons[0].cars.iter_mut().zip(&synthetic.x) {

@@ -1,6 +1,6 @@
 //! Effects hidden in synthetic drives are named; drives without an effect have no name.
 //!
-//! The plant generates the truth and shares no code with the diagnosis. Seeds are fixed and were not used for tuning, unless stated;
+//! `synthetic` generates the truth and shares no code with the diagnosis. Seeds are fixed and were not used for tuning, unless stated;
 //! `leadlag bench diagnosis` runs the same with any number of cases.
 
 use crate::common;

@@ -6,8 +6,8 @@ use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::search::search_budget::SearchBudget;
 use leadlag::internal::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer, infer_with};
 use leadlag::internal::extension::Extension;
-use leadlag::internal::plant;
 use leadlag::internal::race::{Policy, Request, Unit, race};
+use leadlag::internal::synthetic;
 use leadlag::internal::trajectory::{Preparation, import, prepare};
 use leadlag::internal::wgsl::extension_named;
 use std::ops::ControlFlow;
@@ -61,21 +61,21 @@ fn the_same_for_any_number_of_threads() {
 }
 
 /// A linear car behind a leader with this profile; it perceives 0.8 s late and reacts to the leader's acceleration.
-fn late_and_looking_ahead(profile: plant::Profile) -> Drive {
-    let effect = |text: &str| text.parse().expect("an effect of the plant");
-    let mut follower = plant::drawn(plant::Base::LCth, 11, 1);
-    follower.gusts = Some(plant::Gusts { sigma_mps2: 0.05, time_constant_s: 2.0 });
+fn late_and_looking_ahead(profile: synthetic::Profile) -> Drive {
+    let effect = |text: &str| text.parse().expect("a known effect");
+    let mut follower = synthetic::drawn(synthetic::Base::LCth, 11, 1);
+    follower.gusts = Some(synthetic::Gusts { sigma_mps2: 0.05, time_constant_s: 2.0 });
     follower.effects = vec![effect("perception_delay:tp=0.8"), effect("leader_accel_ff:ka=0.65")];
-    let scenario = plant::Scenario {
+    let scenario = synthetic::Scenario {
         seed: 11,
         duration_s: 300.0,
-        noise: plant::Noise { speed_mps: 0.02, gap_m: 0.02 },
+        noise: synthetic::Noise { speed_mps: 0.02, gap_m: 0.02 },
         profile,
         followers: vec![follower],
-        ..plant::Scenario::default()
+        ..synthetic::Scenario::default()
     };
     let mut file = Vec::new();
-    plant::write_pair(&plant::run(&scenario).expect("drives"), 1, &mut file).expect("memory");
+    synthetic::write_pair(&synthetic::run(&scenario).expect("drives"), 1, &mut file).expect("memory");
     let recording = import::read_bytes(&file, "made_up.csv", None).expect("a pair file");
     let trajectory = prepare(&recording, 1, &Preparation::default()).expect("complete").remove(0);
     Drive::of(&trajectory, None).expect("no jump").0.remove(0)
@@ -84,8 +84,8 @@ fn late_and_looking_ahead(profile: plant::Profile) -> Drive {
 /// The look-ahead compensates for the delay: alone, it gains almost nothing. The race tries the two together.
 #[test]
 fn two_that_hide_each_other() {
-    let drives =
-        [plant::Profile::Restless, plant::Profile::Cruise, plant::Profile::StopAndGo].map(late_and_looking_ahead);
+    let drives = [synthetic::Profile::Restless, synthetic::Profile::Cruise, synthetic::Profile::StopAndGo]
+        .map(late_and_looking_ahead);
     let causes = causes(&["actuation_lag", "perception_delay", "leader_accel_ff", "dead_zone"]);
     let bounds = Overrides::new();
     let base = "l-cth".parse().expect("a base");

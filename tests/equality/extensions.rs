@@ -11,10 +11,10 @@ use leadlag::internal::evaluator::{
 use leadlag::internal::extension::Extension;
 use leadlag::internal::gpu::{AdapterChoice, Gpu};
 use leadlag::internal::lanes::{InstructionSet, Lanes, LanesPrecision};
-use leadlag::internal::plant::EffectKind;
 use leadlag::internal::reference::{Reference, Trace, simulate};
 use leadlag::internal::score::GoodnessOfFit;
 use leadlag::internal::simulate::{Ahead, follow};
+use leadlag::internal::synthetic::EffectKind;
 use leadlag::internal::wgsl::{Precision, extension_named, laws, library, read_extension};
 use strum::VariantArray;
 

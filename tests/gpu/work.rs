@@ -7,7 +7,7 @@ use leadlag::internal::calibrate::{Calibration, OptimizerKind, Replicate, Stop, 
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
 use leadlag::internal::evaluator::{
-    BufferSet, Case, Course, EvaluateError, Evaluator, Fallback, Job, Observer, Outcome, Population, Raw, Score,
+    BufferSet, Case, Course, EvaluateError, Evaluator, Fallback, Job, Observer, Population, Raw, Score,
 };
 use leadlag::internal::gpu::{AdapterChoice, Gpu, Limits};
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
@@ -263,18 +263,8 @@ struct Saboteur {
 }
 
 impl Evaluator for Saboteur {
-    fn cases(&self) -> &[Case] {
-        self.gpu.cases()
-    }
-    fn gof(&self) -> &GoodnessOfFit {
-        self.gpu.gof()
-    }
-    fn name(&self) -> &'static str {
-        self.gpu.name()
-    }
-    fn precision(&self) -> &'static str {
-        self.gpu.precision()
-    }
+    leadlag::internal::forward_evaluator!(gpu: cases, gof, name, precision, outcomes);
+
     fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
         self.submissions += 1;
         if self.submissions == 4 {
@@ -288,9 +278,6 @@ impl Evaluator for Saboteur {
             self.gpu.doom(if self.for_good { 1000 } else { 0 });
         }
         self.gpu.collect(set, scores)
-    }
-    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
-        self.gpu.outcomes(jobs)
     }
 }
 

@@ -1,7 +1,7 @@
 //! The check of the data is silent on sound drives: made-up ones of all laws, sampling rates and noises, and measured ones.
 
 use crate::common;
-use leadlag::internal::plant::{self, Base, Noise, Profile, Scenario};
+use leadlag::internal::synthetic::{self, Base, Noise, Profile, Scenario};
 use leadlag::internal::trajectory::Recording;
 use leadlag::internal::trajectory::import;
 use leadlag::internal::trajectory::soundness::{FindingKind, check};
@@ -24,16 +24,16 @@ fn platoon(number: usize) -> Recording {
     let noise = Noise { speed_mps: speed_mps * (10.0 / f64::from(rate_hz)).min(1.0), gap_m };
     let duration_s = [120.0, 300.0, 70.0, 600.0][pick(4, 63)];
     let drive = |seed: u64| {
-        let followers = Base::VARIANTS.iter().zip(1..).map(|(base, car)| plant::drawn(*base, seed, car)).collect();
+        let followers = Base::VARIANTS.iter().zip(1..).map(|(base, car)| synthetic::drawn(*base, seed, car)).collect();
         let profile = profile.clone();
         let scenario = Scenario { seed, rate_hz, profile, noise, duration_s, followers, ..Scenario::default() };
-        plant::run(&scenario).ok().filter(|drive| drive.gap.iter().flatten().all(|gap| *gap > 0.5))
+        synthetic::run(&scenario).ok().filter(|drive| drive.gap.iter().flatten().all(|gap| *gap > 0.5))
     };
     // Random cars sometimes collide, or nearly; other ones replace them.
     let mut seeds = (number as u64..).step_by(100_000);
     let synthetic = seeds.by_ref().take(20).find_map(drive).expect("one of twenty drives");
     let mut file = Vec::new();
-    plant::write_openacc(&synthetic, &mut file).expect("memory takes all");
+    synthetic::write_openacc(&synthetic, &mut file).expect("memory takes all");
     import::read_bytes(&file, &format!("platoon_{number}"), None).expect("a written file is read")
 }
 

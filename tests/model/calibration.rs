@@ -205,25 +205,7 @@ impl Rough {
 }
 
 impl Evaluator for Rough {
-    fn cases(&self) -> &[Case] {
-        self.inner.cases()
-    }
-
-    fn gof(&self) -> &GoodnessOfFit {
-        self.inner.gof()
-    }
-
-    fn name(&self) -> &'static str {
-        self.inner.name()
-    }
-
-    fn precision(&self) -> &'static str {
-        self.inner.precision()
-    }
-
-    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
-        self.inner.submit(set, jobs)
-    }
+    leadlag::internal::forward_evaluator!(inner: cases, gof, name, precision, submit, outcomes);
 
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
         self.inner.collect(set, scores)?;
@@ -238,10 +220,6 @@ impl Evaluator for Rough {
             }
         }
         Ok(())
-    }
-
-    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
-        self.inner.outcomes(jobs)
     }
 }
 
@@ -368,13 +346,7 @@ struct Rash {
 }
 
 impl Evaluator for Rash {
-    fn cases(&self) -> &[Case] {
-        self.inner.cases()
-    }
-
-    fn gof(&self) -> &GoodnessOfFit {
-        self.inner.gof()
-    }
+    leadlag::internal::forward_evaluator!(inner: cases, gof, submit, outcomes);
 
     fn name(&self) -> &'static str {
         "reference"
@@ -384,20 +356,12 @@ impl Evaluator for Rash {
         "f64"
     }
 
-    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
-        self.inner.submit(set, jobs)
-    }
-
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
         self.inner.collect(set, scores)?;
         self.failed += scores.iter().filter(|score| matches!(score, Score::Failed(_))).count() as u64;
         let rash = |score: &Score| Score::Value(if matches!(score, Score::Failed(_)) { 1.0 } else { 1.01 });
         scores.iter_mut().for_each(|score| *score = rash(score));
         Ok(())
-    }
-
-    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
-        self.inner.outcomes(jobs)
     }
 }
 
@@ -428,13 +392,7 @@ struct Unlucky {
 }
 
 impl Evaluator for Unlucky {
-    fn cases(&self) -> &[Case] {
-        self.inner.cases()
-    }
-
-    fn gof(&self) -> &GoodnessOfFit {
-        self.inner.gof()
-    }
+    leadlag::internal::forward_evaluator!(inner: cases, gof, outcomes);
 
     fn name(&self) -> &'static str {
         "reference"
@@ -455,10 +413,6 @@ impl Evaluator for Unlucky {
         let early = Score::Failed(Failure { kind: FailureKind::Crash, step: 7 });
         self.own.iter().for_each(|own| scores[own.clone()].fill(early));
         Ok(())
-    }
-
-    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
-        self.inner.outcomes(jobs)
     }
 }
 

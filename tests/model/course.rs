@@ -4,8 +4,8 @@ use crate::common;
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::{Convention, GradeLookup};
 use leadlag::internal::evaluator::{
-    BufferSet, Case, Course, CourseError, EvaluateError, Evaluator, Fallback, Halves, Job, Outcome, Population, Score,
-    Table, Timings,
+    BufferSet, Case, Course, CourseError, EvaluateError, Evaluator, Fallback, Job, Outcome, Population, Score,
+    Splitting, Table, Timings,
 };
 use leadlag::internal::reference::Reference;
 use leadlag::internal::score::GoodnessOfFit;
@@ -141,20 +141,13 @@ struct Failing {
 }
 
 impl Evaluator for Failing {
-    fn cases(&self) -> &[Case] {
-        self.inner.cases()
-    }
-    fn gof(&self) -> &GoodnessOfFit {
-        self.inner.gof()
-    }
+    leadlag::internal::forward_evaluator!(inner: cases, gof, submit, outcomes);
+
     fn name(&self) -> &'static str {
         "gpu"
     }
     fn precision(&self) -> &'static str {
         "plain"
-    }
-    fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
-        self.inner.submit(set, jobs)
     }
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
         if scores.is_empty() {
@@ -169,9 +162,6 @@ impl Evaluator for Failing {
         }
         self.generations -= 1;
         self.inner.collect(set, scores)
-    }
-    fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
-        self.inner.outcomes(jobs)
     }
     fn timings(&self) -> Timings {
         Timings { transfer_s: 2.0, first_dispatch_s: 0.5 }
@@ -244,12 +234,8 @@ impl Small {
 }
 
 impl Evaluator for Small {
-    fn cases(&self) -> &[Case] {
-        self.inner.cases()
-    }
-    fn gof(&self) -> &GoodnessOfFit {
-        self.inner.gof()
-    }
+    leadlag::internal::forward_evaluator!(inner: cases, gof);
+
     fn name(&self) -> &'static str {
         "gpu"
     }
@@ -286,7 +272,7 @@ fn what_does_not_fit_into_the_memory_of_a_device_is_halved() {
     reference.collect(BufferSet::A, &mut expected).expect("it computes");
     let outcomes = reference.outcomes(&jobs).expect("it computes");
     for room in [1, 2, 4, 5, 20, 21, 100] {
-        let mut halves = Halves::new(Box::new(Small { inner: reference.clone(), room }));
+        let mut halves = Splitting::new(Box::new(Small { inner: reference.clone(), room }));
         for _ in 0..2 {
             // Both sets in flight.
             halves.submit(BufferSet::A, &jobs).expect("it starts");
@@ -302,7 +288,7 @@ fn what_does_not_fit_into_the_memory_of_a_device_is_halved() {
             assert_eq!(halves.outcomes(&jobs).expect("in pieces"), outcomes, "room for {room}");
         }
     }
-    let mut none = Halves::new(Box::new(Small { inner: reference, room: 0 }));
+    let mut none = Splitting::new(Box::new(Small { inner: reference, room: 0 }));
     none.submit(BufferSet::A, &jobs).expect("it may be less");
     let error = none.collect(BufferSet::A, &mut [Score::Rejected; 21]).expect_err("no room at all").to_string();
     assert!(error.starts_with("a card does not have enough memory: out of memory; "), "{error}");

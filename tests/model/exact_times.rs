@@ -1,7 +1,7 @@
 //! Delays, lags, phases, stretches and responses to the cars ahead mean the same here as in a car that is simulated in steps of 0.01 s: a
 //! fit finds the planted ones.
 //!
-//! The plant shares no code with the evaluators. Its car has an effect of a known size. The same law with that effect, simulated in steps
+//! Synthetic drives share no code with the evaluators. Its car has an effect of a known size. The same law with that effect, simulated in steps
 //! of 0.1 s with the law reading half a step ahead (an acceleration that holds for a step is late by as much), must be closest to it at
 //! the planted value.
 
@@ -11,9 +11,9 @@ use leadlag::internal::convention::Convention;
 use leadlag::internal::diagnose::Drive;
 use leadlag::internal::evaluator::{Case, Evaluator, Job, Population};
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
-use leadlag::internal::plant::{self, CarTruth, Controller, Noise, Profile, Scenario};
 use leadlag::internal::reference::Reference;
 use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::synthetic::{self, CarTruth, Controller, Noise, Profile, Scenario};
 use leadlag::internal::trajectory::{Preparation, Trajectory, import, prepare};
 use leadlag::internal::wgsl::extension_named;
 
@@ -33,9 +33,9 @@ fn drive(effect: &str, cars_between: usize) -> Trajectory {
         k_v: value("k_v"),
         k_0: value("k_0"),
     };
-    let mut car = CarTruth { controller, ..plant::drawn(plant::Base::LCth, 1, 1) };
+    let mut car = CarTruth { controller, ..synthetic::drawn(synthetic::Base::LCth, 1, 1) };
     car.effects = effect.split_whitespace().map(|effect| effect.parse().expect("an effect")).collect();
-    let mut followers = vec![plant::drawn(plant::Base::Idm, 7, 1); cars_between];
+    let mut followers = vec![synthetic::drawn(synthetic::Base::Idm, 7, 1); cars_between];
     followers.push(car);
     let scenario = Scenario {
         noise: Noise::NONE,
@@ -45,7 +45,8 @@ fn drive(effect: &str, cars_between: usize) -> Trajectory {
         ..Scenario::default()
     };
     let mut file = Vec::new();
-    plant::write_pair(&plant::run(&scenario).expect("it can be driven"), 1 + cars_between, &mut file).expect("memory");
+    synthetic::write_pair(&synthetic::run(&scenario).expect("it can be driven"), 1 + cars_between, &mut file)
+        .expect("memory");
     let recording = import::read_bytes(&file, "pair.csv", None).expect("what was just written");
     prepare(&recording, 1, &Preparation::default()).expect("a good drive").remove(0)
 }

@@ -1,4 +1,4 @@
-//! Tests that do not compare evaluators: the catalog, the reference, searches, identification of parameters, the plant.
+//! Tests that do not compare evaluators: the catalog, the reference, searches, identification of parameters, synthetic drives.
 
 #[path = "../common/mod.rs"]
 mod common;
@@ -14,10 +14,10 @@ mod identify;
 mod observer;
 mod optimize;
 mod options;
-mod plant;
-mod plant_effects;
 mod reference_paper;
 mod refused_extensions;
 mod revision;
 mod svg;
+mod synthetic;
+mod synthetic_effects;
 mod wgsl;

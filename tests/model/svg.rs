@@ -1,6 +1,7 @@
 //! The plot: small, reproducible, and well-formed for any content.
 
-use leadlag::internal::report::svg::{Panel, Series, Style, SvgError, render};
+use leadlag::internal::report::panel::{Panel, Series, Style};
+use leadlag::internal::report::svg::{SvgError, render};
 
 fn series(name: &str, style: Style, values: Vec<f64>) -> Series {
     Series { name: name.to_owned(), values, style }

@@ -10,7 +10,7 @@ use leadlag::internal::convention::Convention;
 use leadlag::internal::evaluator::{Evaluator, Score};
 use leadlag::internal::gpu::{AdapterChoice, Gpu};
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
-use leadlag::internal::plant::{self, Effect, Noise, Scenario};
+use leadlag::internal::synthetic::{self, Effect, Noise, Scenario};
 use leadlag::internal::reference::Reference;
 use leadlag::internal::score::GoodnessOfFit;
 use leadlag::internal::wgsl::{Precision, extension_named};
@@ -81,15 +81,15 @@ fn scores(evaluator: &mut dyn Evaluator, population: &leadlag::internal::evaluat
     scores
 }
 
-/// With the cause, the plant drives slower.
+/// With the cause, the synthetic car drives slower.
 #[test]
 fn the_plant_has_the_new_cause() {
     let last = |effects: Vec<Effect>| {
         let mut scenario = Scenario { noise: Noise::NONE, duration_s: 120.0, ..Scenario::default() };
         scenario.followers.truncate(1);
         scenario.followers[0].effects = effects;
-        *plant::run(&scenario).expect("it drives").gap[0].last().expect("samples")
+        *synthetic::run(&scenario).expect("it drives").gap[0].last().expect("samples")
     };
-    let drag = "linear_drag:c1=0.02".parse().expect("an effect of the plant");
+    let drag = "linear_drag:c1=0.02".parse().expect("a known effect");
     assert!(last(vec![drag]) > last(Vec::new()) + 0.1);
 }

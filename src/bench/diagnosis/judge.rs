@@ -1,16 +1,17 @@
 //! Diagnoses one case and judges it by its truth.
 
+use super::super::journal::Outcome;
 use super::plan::DiagnosisTask;
-use super::plant::planted;
+use super::synthetic::planted;
 use crate::catalog::Variant;
 use crate::diagnose::describe::free::free;
 use crate::diagnose::describe::gain::{GainSettings, gain, nrmse_of};
 use crate::diagnose::judge::oracle::{Known, known};
 use crate::diagnose::{DiagnoseError, Inference, PROGRAM, Question, Verdict, infer};
 use crate::extension::Extension;
-use crate::plant::Controller;
 use crate::race::{Policy, Request, Unit, race, rounds};
 use crate::symbols::Parameters;
+use crate::synthetic::Controller;
 use crate::wgsl::{extension_named, library};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
@@ -69,6 +70,22 @@ pub struct DiagnosisOutcome {
     /// Models that pass the test of the race at one horizon at least, with their p-values.
     #[serde(default)]
     pub passing: Vec<(Vec<String>, f64)>,
+}
+
+impl Outcome for DiagnosisOutcome {
+    type Task = DiagnosisTask;
+
+    fn task(&self) -> &DiagnosisTask {
+        &self.task
+    }
+
+    fn program(&self) -> &str {
+        &self.program
+    }
+
+    fn this_program() -> &'static str {
+        &PROGRAM
+    }
 }
 
 impl DiagnosisOutcome {

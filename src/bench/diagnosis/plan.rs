@@ -2,7 +2,7 @@
 
 use super::super::BenchError;
 use crate::optimize::stream;
-use crate::plant::{Base, EffectKind};
+use crate::synthetic::{Base, EffectKind};
 use rand::RngExt;
 use serde::{Deserialize, Serialize};
 use strum::VariantArray;
@@ -69,7 +69,7 @@ impl Ord for DiagnosisTask {
     }
 }
 
-/// Bases of the plant, in the order of [`Base`].
+/// Bases of synthetic cars, in the order of [`Base`].
 pub(super) const BASES: [&str; Base::VARIANTS.len()] = {
     let mut names = [""; Base::VARIANTS.len()];
     let mut k = 0;

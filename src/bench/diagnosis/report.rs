@@ -1,6 +1,6 @@
 //! Summary of the finished cases.
 
-use super::DiagnosisJournal;
+use super::super::journal::Journal;
 use super::judge::{DiagnosisOutcome, Judgement, judge};
 use super::plan::{BASES, DiagnosisTask, MEDIUM};
 use crate::statistics::upper_median;
@@ -146,7 +146,7 @@ pub struct DiagnosisReport {
 impl DiagnosisReport {
     /// Summarises the cases in the journal; `planned` is the total number.
     #[must_use]
-    pub fn new(tasks: &[DiagnosisTask], planned: usize, journal: &DiagnosisJournal) -> DiagnosisReport {
+    pub fn new(tasks: &[DiagnosisTask], planned: usize, journal: &Journal<DiagnosisOutcome>) -> DiagnosisReport {
         let outcomes: Vec<DiagnosisOutcome> = tasks.iter().filter_map(|task| journal.get(task)).cloned().collect();
         let mut tallies: BTreeMap<String, Tally> = BTreeMap::new();
         let mut names: BTreeMap<String, BTreeMap<String, usize>> = BTreeMap::new();

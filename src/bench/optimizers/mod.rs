@@ -4,14 +4,13 @@
 //! Each finished task is one line of a journal, so that a stopped run can continue. A task depends only on its settings; a line is reused
 //! only if they are the same.
 
-mod journal;
 mod report;
 mod wall;
 
-pub use journal::Journal;
 pub use report::{Finding, OptimizerReport};
 
 use super::BenchError;
+use super::journal::{Journal, Outcome};
 use crate::calibrate::{
     CalibrateError, Calibration, OptimizerKind, Overrides, PROGRAM, Replicate, SearchSpace, Stop, StopReason, calibrate,
 };
@@ -66,6 +65,22 @@ pub struct OptimizerOutcome {
     pub stops: Vec<String>,
     /// Wall time of all replicates together; of a `wall` task, of the program from its start to its end \[s\].
     pub wall_s: f64,
+}
+
+impl Outcome for OptimizerOutcome {
+    type Task = OptimizerTask;
+
+    fn task(&self) -> &OptimizerTask {
+        &self.task
+    }
+
+    fn program(&self) -> &str {
+        &self.program
+    }
+
+    fn this_program() -> &'static str {
+        &PROGRAM
+    }
 }
 
 /// A value to be reached within this many evaluations.
@@ -196,12 +211,12 @@ pub fn run_optimizers(
     shared: &Path,
     program: &Path,
     tasks: &[OptimizerTask],
-    journal: &mut Journal,
+    journal: &mut Journal<OptimizerOutcome>,
     progress: &mut (dyn FnMut(usize, &OptimizerTask) -> ControlFlow<()> + Send),
 ) -> Result<(), BenchError> {
     let mut data = Followers::new(shared)?;
     for (done, task) in tasks.iter().enumerate() {
-        if journal.has(task) {
+        if journal.get(task).is_some() {
             continue;
         }
         if progress(done, task).is_break() {

@@ -1,6 +1,7 @@
 //! The finished tasks against the targets.
 
-use super::{HARD, Journal, OptimizerOutcome, OptimizerTask, REPLICATES, SEED_TARGETS, SEEDS, SURFACES, WALL_TARGET_S};
+use super::super::journal::Journal;
+use super::{HARD, OptimizerOutcome, OptimizerTask, REPLICATES, SEED_TARGETS, SEEDS, SURFACES, WALL_TARGET_S};
 use crate::statistics::median;
 use serde::Serialize;
 use std::fmt::Write;
@@ -38,7 +39,7 @@ pub struct OptimizerReport {
 impl OptimizerReport {
     /// Results of the tasks in the journal.
     #[must_use]
-    pub fn new(optimizer: &str, tasks: &[OptimizerTask], journal: &Journal) -> OptimizerReport {
+    pub fn new(optimizer: &str, tasks: &[OptimizerTask], journal: &Journal<OptimizerOutcome>) -> OptimizerReport {
         let outcomes: Vec<OptimizerOutcome> = tasks.iter().filter_map(|t| journal.get(t)).cloned().collect();
         let mut findings = Vec::new();
         for target in SEED_TARGETS {

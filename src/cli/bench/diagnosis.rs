@@ -1,18 +1,17 @@
 //! `leadlag bench diagnosis`: rates of right and wrong names.
 
-use super::super::lines::Lines;
 use super::super::number::whole;
 use super::super::{interrupt, output};
+use super::with_bar;
 use crate::bench::Machine;
 use crate::bench::{
-    DiagnosisJournal, DiagnosisReport, LARGEST_SEED, SIZES, diagnose_task, diagnosis_tasks, infer_task, run_diagnoses,
+    DiagnosisReport, DiagnosisTask, Journal, LARGEST_SEED, SIZES, diagnose_task, diagnosis_tasks, infer_task,
+    run_diagnoses,
 };
 use crate::diagnose::PROGRAM;
 use crate::report::naming::{self, Provenance};
 use crate::text::bounded::{self, TEXT_MAX};
 use anyhow::Context;
-use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -66,21 +65,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     tasks.retain(|task| args.case.is_empty() || args.case.contains(&task.seed));
     let planned = tasks.len();
     tasks.truncate(args.cases.unwrap_or(count));
-    let mut journal = DiagnosisJournal::open(&args.journal)?;
-    let bar = output::heard(ProgressBar::new(tasks.len() as u64))
-        .with_style(ProgressStyle::with_template("{bar:20} {pos}/{len} cases, {eta} left  {msg}")?);
-    let mut lines = Lines::new();
+    let mut journal = Journal::open(&args.journal)?;
     let diagnose = if args.names_only { infer_task } else { diagnose_task };
-    run_diagnoses(&tasks, &mut journal, diagnose, &mut |done, task| {
-        bar.set_position(done as u64);
-        bar.set_message(format!("{} {} {}", task.kind, task.base, task.causes.join(" + ")));
-        lines.tell(|| format!("{done}/{} cases, {:#} left  {}", tasks.len(), HumanDuration(bar.eta()), bar.message()));
-        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    let words = |task: &DiagnosisTask| format!("{} {} {}", task.kind, task.base, task.causes.join(" + "));
+    with_bar(&tasks, "cases", &args.journal, words, |progress| {
+        run_diagnoses(&tasks, &mut journal, diagnose, progress)
     })?;
-    bar.finish_and_clear();
-    if interrupt::asked() {
-        eprintln!("interrupted; the same command continues from {}", args.journal.display());
-    }
     let report = DiagnosisReport::new(&tasks, planned, &journal);
     if let Some(page) = page {
         write(page, &report, command(args))?;

@@ -3,13 +3,15 @@
 mod diagnosis;
 mod optimizers;
 
-use super::lines::Lines;
-use super::output;
+use super::progress::Bar;
+use super::{interrupt, output};
 use crate::api::model::{known, model};
-use crate::bench::{Drive, Effort, run as measure, table};
+use crate::bench::{BenchError, Drive, Effort, run as measure, table};
 use crate::trajectory::import;
-use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use std::path::PathBuf;
+use indicatif::HumanDuration;
+use std::ops::ControlFlow;
+use std::path::{Path, PathBuf};
+use std::time::Duration;
 
 #[derive(Debug, clap::Args)]
 #[command(args_conflicts_with_subcommands = true)]
@@ -69,14 +71,37 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let whole = if args.quick { Effort::Quick } else { Effort::Full };
     let asked = args.model.as_deref().map(model).transpose()?;
     let effort = asked.map_or(whole, Effort::Variant);
-    let bar = ProgressBar::new_spinner().with_style(ProgressStyle::with_template("{spinner} {msg}, {elapsed}")?);
-    let mut lines = Lines::new();
+    let mut bar = Bar::new("{spinner} {msg}, {elapsed}", None, Duration::ZERO);
     let report = measure(&drive, effort, &mut |what| {
-        bar.set_message(what.to_owned());
-        bar.tick();
-        lines.tell(|| format!("{what}, {:#}", HumanDuration(bar.elapsed())));
+        bar.show(0, what.to_owned(), |bar| format!("{what}, {:#}", HumanDuration(bar.elapsed())));
     });
-    bar.finish_and_clear();
+    bar.finish();
     let report = report?;
     if args.json { output::print_json(&report.json()) } else { output::print(&table(&report)) }
+}
+
+/// Receives the number of finished tasks and the next one, and can stop the run.
+type Progress<'a, T> = dyn FnMut(usize, &T) -> ControlFlow<()> + Send + 'a;
+
+/// Runs tasks with a bar, or lines instead; after Ctrl-C it prints how to continue. `task` is the present one in words.
+fn with_bar<T: Sync>(
+    tasks: &[T],
+    plural: &str,
+    journal: &Path,
+    task: impl Fn(&T) -> String + Sync,
+    run: impl FnOnce(&mut Progress<'_, T>) -> Result<(), BenchError>,
+) -> anyhow::Result<()> {
+    let (template, all) = (format!("{{bar:20}} {{pos}}/{{len}} {plural}, {{eta}} left  {{msg}}"), tasks.len());
+    let mut bar = Bar::new(&template, Some(all as u64), Duration::ZERO);
+    run(&mut |done, next| {
+        bar.show(done as u64, task(next), |bar| {
+            format!("{done}/{all} {plural}, {:#} left  {}", HumanDuration(bar.eta()), bar.message())
+        });
+        interrupt::go_on()
+    })?;
+    bar.finish();
+    if interrupt::asked() {
+        eprintln!("interrupted; the same command continues from {}", journal.display());
+    }
+    Ok(())
 }

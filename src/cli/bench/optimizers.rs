@@ -1,11 +1,9 @@
 //! `leadlag bench optimizers`: quality of an optimiser.
 
-use super::super::lines::Lines;
 use super::super::{interrupt, output};
-use crate::bench::{Journal, OptimizerReport, optimizer_tasks, run_optimizers};
+use super::with_bar;
+use crate::bench::{Journal, OptimizerReport, OptimizerTask, optimizer_tasks, run_optimizers};
 use crate::calibrate::OptimizerKind;
-use indicatif::{HumanDuration, ProgressBar, ProgressStyle};
-use std::ops::ControlFlow;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -40,21 +38,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.aim == *only));
     tasks.truncate(args.tasks.unwrap_or(usize::MAX));
     let mut journal = Journal::open(&args.journal)?;
-    let bar = output::heard(ProgressBar::new(tasks.len() as u64))
-        .with_style(ProgressStyle::with_template("{bar:20} {pos}/{len} tasks, {eta} left  {msg}")?);
-    let mut lines = Lines::new();
     let beside = || std::env::var_os("LEADLAG_SHARED").map_or_else(|| PathBuf::from("../shared"), PathBuf::from);
-    let shared = args.shared.clone().unwrap_or_else(beside);
-    run_optimizers(&shared, &std::env::current_exe()?, &tasks, &mut journal, &mut |done, task| {
-        bar.set_position(done as u64);
-        bar.set_message(format!("variant {} on P{}-{}", task.model_id, task.platoon, task.follower));
-        lines.tell(|| format!("{done}/{} tasks, {:#} left  {}", tasks.len(), HumanDuration(bar.eta()), bar.message()));
-        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+    let (shared, program) = (args.shared.clone().unwrap_or_else(beside), std::env::current_exe()?);
+    let words = |task: &OptimizerTask| format!("variant {} on P{}-{}", task.model_id, task.platoon, task.follower);
+    with_bar(&tasks, "tasks", &args.journal, words, |progress| {
+        run_optimizers(&shared, &program, &tasks, &mut journal, progress)
     })?;
-    bar.finish_and_clear();
-    if interrupt::asked() {
-        eprintln!("interrupted; the same command continues from {}", args.journal.display());
-    }
     let report = OptimizerReport::new(name, &tasks, &journal);
     if args.json { output::print_json(&report) } else { output::print(&report.table()) }
 }

@@ -2,8 +2,7 @@
 
 use super::super::change::Change;
 use super::super::evaluator::warn;
-use super::super::lines::Lines;
-use super::super::{folder, interrupt, output};
+use super::super::{folder, interrupt, output, progress};
 use super::{Args, folders, write as write_one};
 use crate::api::Calibration;
 use crate::api::bounds::origin;
@@ -17,12 +16,11 @@ use crate::fleet::{self, Comparison, Held, Journal, Model, Pair, Row, Settings, 
 use crate::report::fleet::{FleetFile, text};
 use crate::report::{csv, parquet};
 use crate::trajectory::Trajectory;
-use indicatif::{ProgressBar, ProgressStyle};
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 /// Largest number of ids in a message.
 const IDS_NAMED: usize = 5;
@@ -195,10 +193,9 @@ fn each(
     Ok(())
 }
 
-/// Pairs per second and time left; without a terminal, one line a minute.
+/// Pairs per second and time left.
 struct Bar {
-    bar: ProgressBar,
-    lines: Mutex<Lines>,
+    bar: Mutex<progress::Bar>,
     whole: usize,
     /// Rows of the present run.
     before: usize,
@@ -208,24 +205,21 @@ struct Bar {
 
 impl Bar {
     fn new(whole: usize, before: usize) -> Bar {
-        let style =
-            ProgressStyle::with_template("{bar:20} {human_pos}/{human_len} calibrations, {per_sec}, {eta} left");
-        let bar = output::heard(ProgressBar::new(whole as u64)).with_style(style.expect("the template is valid"));
+        let template = "{bar:20} {human_pos}/{human_len} calibrations, {per_sec}, {eta} left";
+        let bar = progress::Bar::new(template, Some(whole as u64), Duration::ZERO);
         if before > 0 {
             eprintln!("{before} of {whole} calibrations were finished before");
-            bar.set_position(before as u64);
-            bar.reset_eta();
+            bar.bar.set_position(before as u64);
+            bar.bar.reset_eta();
         }
-        let (lines, done) = (Mutex::new(Lines::new()), AtomicUsize::new(before));
-        Bar { bar, lines, whole, before, done, started: Instant::now() }
+        Bar { bar: Mutex::new(bar), whole, before, done: AtomicUsize::new(before), started: Instant::now() }
     }
 
     fn tell(&self, done: usize) {
         let done = done.max(self.done.fetch_max(done, Ordering::Relaxed));
-        self.bar.set_position(done as u64);
         let rate = (done - self.before) as f64 / self.started.elapsed().as_secs_f64();
-        if let Ok(mut lines) = self.lines.lock() {
-            lines.tell(|| {
+        if let Ok(mut bar) = self.bar.lock() {
+            bar.show(done as u64, String::new(), |_| {
                 let left = (self.whole - done) as f64 / rate;
                 format!("{done}/{} calibrations, {rate:.0}/s, {left:.0} s left", self.whole)
             });
@@ -233,6 +227,8 @@ impl Bar {
     }
 
     fn finish(&self) {
-        self.bar.finish_and_clear();
+        if let Ok(bar) = self.bar.lock() {
+            bar.finish();
+        }
     }
 }

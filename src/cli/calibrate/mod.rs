@@ -24,7 +24,6 @@ use crate::rescore;
 use crate::result::ResultFile;
 use crate::result::assemble::scores_on;
 use crate::trajectory::Trajectory;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
@@ -195,8 +194,7 @@ fn one(
         result.held_back = calibration.left_out(loaded, &mut |progress| bar.update(progress))?;
         bar.finish();
     }
-    let go_on = || if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
-    result.compared = if interrupt::asked() { None } else { calibration.compared(loaded, &mut |_| go_on()) };
+    result.compared = if interrupt::asked() { None } else { calibration.compared(loaded, &mut |_| interrupt::go_on()) };
     let Prepared { reference, .. } = prepared;
     let written = write::files(folder, &result, reference.cases(), loaded, Some(started.elapsed()));
     if !args.json {

@@ -2,7 +2,7 @@
 
 use super::super::synth;
 use super::Args;
-use crate::plant::{Base, Effect, EffectKind, Profile, Scenario, drawn, run};
+use crate::synthetic::{Base, Effect, EffectKind, Profile, Scenario, drawn, run};
 use std::str::FromStr;
 
 /// The hidden effect, as on the command line.

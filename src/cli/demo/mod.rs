@@ -1,6 +1,6 @@
 //! `leadlag demo`: the whole workflow on synthetic data, by the same commands that a user would type.
 //!
-//! The plant writes the files; from then on the demo reads only these, until the last lines reveal the hidden effect.
+//! `synthetic` makes the files; from then on the demo reads only these, until the last lines reveal the hidden effect.
 
 mod drive;
 mod tell;

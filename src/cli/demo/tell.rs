@@ -3,10 +3,10 @@
 use super::super::output;
 use super::{Args, BASE, Found};
 use crate::diagnose::Verdict;
-use crate::plant::Effect;
 use crate::report::text::wrapped;
 use crate::result::ResultFile;
 use crate::result::diagnosis::{CauseEntry, Outcome};
+use crate::synthetic::Effect;
 use std::path::Path;
 
 pub fn beginning(args: &Args, follower: usize) -> String {

@@ -1,43 +1,31 @@
-//! The bar of a running diagnosis, after a second; without a terminal, one line a minute.
+//! The bar of a running diagnosis.
 
-use super::super::lines::Lines;
-use super::super::{interrupt, output};
+use super::super::interrupt::go_on;
+use super::super::progress;
 use crate::diagnose::Progress;
-use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget, ProgressStyle};
+use indicatif::HumanDuration;
 use std::ops::ControlFlow;
-use std::time::{Duration, Instant};
+use std::time::Duration;
 
 /// Steps of the bar.
 const STEPS: u64 = 1000;
 
-pub struct Bar {
-    bar: ProgressBar,
-    lines: Lines,
-    started: Instant,
-}
+pub struct Bar(progress::Bar);
 
 impl Bar {
     pub fn new() -> Bar {
-        let style = ProgressStyle::with_template("{bar:30} {percent:>3} % {elapsed}  {msg}");
-        let bar = ProgressBar::with_draw_target(Some(STEPS), ProgressDrawTarget::hidden())
-            .with_style(style.expect("the template is valid"));
-        Bar { bar, lines: Lines::new(), started: Instant::now() }
+        Bar(progress::Bar::new("{bar:30} {percent:>3} % {elapsed}  {msg}", Some(STEPS), Duration::from_secs(1)))
     }
 
     /// Shows the progress; breaks after Ctrl-C.
-    pub fn update(&mut self, progress: &Progress) -> ControlFlow<()> {
-        if !output::is_quiet() && self.bar.is_hidden() && self.started.elapsed() > Duration::from_secs(1) {
-            self.bar.set_draw_target(ProgressDrawTarget::stderr());
-        }
-        self.bar.set_position((progress.done * STEPS as f64) as u64);
-        self.bar.set_message(progress.stage.clone());
-        self.lines.tell(|| {
-            format!("{:.0} %, {:#}  {}", 100.0 * progress.done, HumanDuration(self.bar.elapsed()), progress.stage)
+    pub fn update(&mut self, Progress { done, stage }: &Progress) -> ControlFlow<()> {
+        self.0.show((done * STEPS as f64) as u64, stage.clone(), |bar| {
+            format!("{:.0} %, {:#}  {stage}", 100.0 * done, HumanDuration(bar.elapsed()))
         });
-        if interrupt::asked() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        go_on()
     }
 
     pub fn finish(&self) {
-        self.bar.finish_and_clear();
+        self.0.finish();
     }
 }

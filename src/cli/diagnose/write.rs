@@ -6,7 +6,8 @@ use crate::describe::{Diagnosis, Series};
 use crate::diagnose::Drive;
 use crate::diagnose::describe::free::Free;
 use crate::report::diagnosis::pictures;
-use crate::report::svg::{Panel, Series as Line, Style, render};
+use crate::report::panel::{self, Panel, Style};
+use crate::report::svg::render;
 use crate::result::diagnosis::Outcome;
 use std::path::Path;
 
@@ -126,7 +127,7 @@ fn simulation(drive: &Drive, role: &str, runs: [Option<&Free>; 2]) -> anyhow::Re
     let count = trajectory.len();
     let line = |name: &str, style, mut values: Vec<f64>| {
         values.resize(count, f64::NAN);
-        Line { name: name.to_owned(), values, style }
+        panel::Series::new(name, style, values)
     };
     let acceleration: Vec<f64> =
         std::iter::once(f64::NAN).chain(trajectory.v_f.windows(2).map(|w| (w[1] - w[0]) / trajectory.dt)).collect();
@@ -140,7 +141,7 @@ fn simulation(drive: &Drive, role: &str, runs: [Option<&Free>; 2]) -> anyhow::Re
             values.extend(&run.simulated[k]);
             series.push(line(name, style, values));
         }
-        Panel { label: labels[k].to_owned(), series }
+        Panel::new(labels[k], series)
     };
     let title = format!("{} ({role})\nfree simulation with the parameters of the diagnosis", drive.label());
     Ok(render(&title, &trajectory.t, &[panel(0), panel(1), panel(2)])?)

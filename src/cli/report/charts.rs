@@ -1,6 +1,7 @@
 //! The time charts of a report, from the tables that calibrate and diagnose leave behind.
 
-use crate::report::html::{Chart, Line, Panel, Role};
+use crate::report::html::Chart;
+use crate::report::panel::{Panel, Series, Style};
 use crate::report::residuals::{Simulated, other_errors};
 use crate::result::diagnosis::Outcome;
 use crate::result::{DataEntry, ResultFile};
@@ -33,14 +34,15 @@ pub(super) fn columns(path: &Path) -> anyhow::Result<BTreeMap<String, Vec<f64>>>
 }
 
 /// The panels s, v, a of columns with these prefixes.
-fn panels(table: &BTreeMap<String, Vec<f64>>, lines: &[(&str, &str, Role)]) -> Vec<Panel> {
+fn panels(table: &BTreeMap<String, Vec<f64>>, lines: &[(&str, &str, Style)]) -> Vec<Panel> {
     let panel = |(label, column): &(&str, &str)| {
         let ahead = table.get("lead_speed_mps").filter(|_| *column == "speed_mps");
-        let mut own: Vec<Line> = ahead.map(|v| Line::new("car ahead", Role::Context, v)).into_iter().collect();
+        let mut own: Vec<Series> =
+            ahead.map(|v| Series::new("car ahead", Style::Context, v.clone())).into_iter().collect();
         for (prefix, name, role) in lines {
-            own.extend(table.get(&format!("{prefix}{column}")).map(|values| Line::new(name, *role, values)));
+            own.extend(table.get(&format!("{prefix}{column}")).map(|values| Series::new(name, *role, values.clone())));
         }
-        Panel { label: (*label).to_owned(), lines: own }
+        Panel::new(label, own)
     };
     SIGNALS.iter().map(panel).collect()
 }
@@ -55,20 +57,23 @@ pub fn of_diagnosis(folder: &Path, outcome: &Outcome) -> anyhow::Result<Vec<Char
         }
         let table = columns(&path)?;
         let lines = [
-            ("", "measured", Role::Observed),
-            ("base_", "base", Role::Simulated),
-            ("extended_", "extended", Role::Alternative),
+            ("", "measured", Style::Observed),
+            ("base_", "base", Style::Simulated),
+            ("extended_", "extended", Style::Alternative),
         ];
         let mut panels = panels(&table, &lines);
         let missing = folder.join(format!("missing_acceleration_{number}.csv"));
         if missing.exists() {
             let table = columns(&missing)?;
-            let of = |column: &str, name, role| table.get(column).map(|d| Line::new(name, role, d));
-            let base = of("missing_accel_mps2", "base", Role::Simulated);
-            let extended = of("extended_missing_accel_mps2", "extended", Role::Alternative);
-            let lines =
-                base.into_iter().chain(extended).filter(|line| line.values.iter().any(Option::is_some)).collect();
-            panels.push(Panel { label: "missing a [m/s²]".to_owned(), lines });
+            let of = |column: &str, name, role| table.get(column).map(|d| Series::new(name, role, d.clone()));
+            let base = of("missing_accel_mps2", "base", Style::Simulated);
+            let extended = of("extended_missing_accel_mps2", "extended", Style::Alternative);
+            let lines = base
+                .into_iter()
+                .chain(extended)
+                .filter(|line| line.values.iter().any(|value| value.is_finite()))
+                .collect();
+            panels.push(Panel::new("missing a [m/s²]", lines));
         }
         let x = table.get("time_s").cloned().unwrap_or_default();
         let role = if drive.role == "holdout" { "held back" } else { "trained on" };
@@ -87,7 +92,8 @@ pub fn of_sumo(folder: &Path, export: &Export) -> anyhow::Result<Vec<Chart>> {
         let path = folder.join(format!("sumo/comparison{suffix}.csv"));
         if path.exists() {
             let table = columns(&path)?;
-            let panels = panels(&table, &[("sim_", "leadlag", Role::Simulated), ("sumo_", "SUMO", Role::Alternative)]);
+            let panels =
+                panels(&table, &[("sim_", "leadlag", Style::Simulated), ("sumo_", "SUMO", Style::Alternative)]);
             let x = table.get("time_s").cloned().unwrap_or_default();
             let title = format!("leadlag and SUMO behind the leader of {}", drive.path);
             charts.push(Chart { title, x_label: "time [s]".to_owned(), x, points: false, panels });
@@ -116,7 +122,7 @@ pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec
             continue;
         }
         let table = columns(&path)?;
-        let lines = [("", "observed", Role::Observed), ("sim_", "simulated", Role::Simulated)];
+        let lines = [("", "observed", Style::Observed), ("sim_", "simulated", Style::Simulated)];
         let mut panels = panels(&table, &lines);
         let column = |name: &str| table.get(name).cloned().unwrap_or_default();
         let signals = |prefix: &str| SIGNALS.map(|(_, name)| column(&format!("{prefix}{name}")));
@@ -136,8 +142,8 @@ pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec
         {
             let pairs = one.simulated[k].iter().zip(&one.measured[k]);
             let residual: Vec<f64> = pairs.map(|(simulated, measured)| simulated - measured).collect();
-            let line = Line::new("simulated - observed", Role::Simulated, &residual);
-            panels.push(Panel { label: label.to_owned(), lines: vec![line] });
+            let line = Series::new("simulated - observed", Style::Simulated, residual);
+            panels.push(Panel::new(label, vec![line]));
         }
         let title = format!("{}, follower {} {}", entry.path, entry.follower, entry.name);
         charts.push(Chart { title, x_label: "time [s]".to_owned(), x: one.t.clone(), points: false, panels });

@@ -8,8 +8,8 @@ pub mod status;
 mod submit;
 mod verify;
 
+use crate::study::DriveError;
 use crate::study::StudyError;
-use crate::study::drive::DriveError;
 use crate::trajectory::PrepareError;
 use crate::vehicle::VehicleError;
 use clap::Subcommand;

@@ -1,14 +1,12 @@
 //! `leadlag study run`.
 
 use super::super::demo::quoted;
-use super::super::lines::Lines;
-use super::super::{Usage, evaluator, interrupt, output};
+use super::super::{Usage, evaluator, interrupt, progress};
 use crate::evaluator::AdapterChoice;
 use crate::select::Kind;
 use crate::study::folder::Folder;
 use crate::study::{Assignment, Event, Progress, RunSettings, Shard, StudyError, Summary, Task, run as run_tasks};
 use anyhow::bail;
-use indicatif::{ProgressBar, ProgressStyle};
 use std::io::Write;
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -176,48 +174,43 @@ fn give_up_in_time(progress: Arc<Progress>, tasks: usize, again: String) {
     });
 }
 
-/// The bar on a terminal; elsewhere lines with the same content.
+/// The bar of a run.
 pub struct Bar {
-    bar: ProgressBar,
-    lines: Lines,
+    bar: progress::Bar,
+    tasks: usize,
     /// Expected time of a calibration; measured times replace it after the first ones.
     max_evaluations: u64,
 }
 
 impl Bar {
     pub fn new(tasks: usize, max_evaluations: u64) -> Bar {
-        let style = ProgressStyle::with_template("{bar:24} {human_pos}/{human_len} tasks  {msg}");
-        let bar = output::heard(ProgressBar::new(tasks as u64)).with_style(style.expect("the template is valid"));
-        Bar { bar, lines: Lines::new(), max_evaluations }
+        let template = "{bar:24} {human_pos}/{human_len} tasks  {msg}";
+        Bar { bar: progress::Bar::new(template, Some(tasks as u64), Duration::ZERO), tasks, max_evaluations }
     }
 
     pub fn finish(&self) {
-        self.bar.finish_and_clear();
+        self.bar.finish();
     }
 
     pub fn tell(&mut self, event: Event, progress: &Progress) {
         let done = progress.done.load(Ordering::SeqCst);
+        if let Event::Variant(name) = event {
+            self.bar.bar.set_prefix(name.to_owned());
+        }
         let message = match event {
             Event::Waiting(count) => format!("waiting for another run on this folder, which works on {count}"),
-            Event::Variant(name) => {
-                self.bar.set_prefix(name.to_owned());
-                self.pace(progress)
-            }
-            Event::Tick => self.pace(progress),
+            Event::Variant(_) | Event::Tick => self.pace(progress),
         };
-        self.bar.set_position(done);
-        let tasks = self.bar.length().unwrap_or(0);
-        self.lines.tell(|| format!("{done}/{tasks} tasks, {message}"));
-        self.bar.set_message(message);
+        self.bar.show(done, message, |bar| format!("{done}/{} tasks, {}", self.tasks, bar.message()));
     }
 
     /// Speed, remaining tasks and failures.
     fn pace(&self, progress: &Progress) -> String {
         let of = |counter: &AtomicU64| counter.load(Ordering::SeqCst);
         let (done, computed, failed) = (of(&progress.done), of(&progress.computed), of(&progress.failed));
-        let seconds = self.bar.elapsed().as_secs_f64();
+        let seconds = self.bar.bar.elapsed().as_secs_f64();
         let (evaluations, finished) = (of(&progress.evaluations) as f64, of(&progress.finished) as f64);
-        let left = self.bar.length().unwrap_or(0).saturating_sub(done) as f64;
+        let left = (self.tasks as u64).saturating_sub(done) as f64;
         let per_task = if computed > 0 { finished / computed as f64 } else { self.max_evaluations as f64 };
         // Tasks under way are partly done.
         let work = (left * per_task - (evaluations - finished)).max(0.0);
@@ -229,6 +222,6 @@ impl Bar {
         };
         let speed = of(&progress.steps) as f64 / seconds / 1e6;
         let failures = if failed > 0 { format!(", {failed} infeasible") } else { String::new() };
-        format!("{pace}, {speed:.0} Msteps/s{failures}  {}", self.bar.prefix())
+        format!("{pace}, {speed:.0} Msteps/s{failures}  {}", self.bar.bar.prefix())
     }
 }

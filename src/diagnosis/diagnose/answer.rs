@@ -1,7 +1,7 @@
 //! The verdict in words, from what the search found and what remains unexplained. The first line that applies decides.
 
 use crate::diagnose::describe::specification::Leftovers;
-use crate::diagnose::judge::fate::Objection;
+use crate::diagnose::judge::decision::Rejection;
 use crate::diagnose::likelihood::model::PHASE;
 use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::outcome::{LeftOver, Tried, Verdict};
@@ -26,9 +26,9 @@ pub struct Answer<'a> {
 }
 
 /// Result of a line that applies: the reason, and the structure left over that it reports.
-pub type Said = (String, Option<LeftOver>);
+pub type Reason = (String, Option<LeftOver>);
 /// A line of the table: verdict, condition in words, and the function that checks the condition and writes the reason.
-pub type Line = (Verdict, &'static str, fn(&Answer<'_>) -> Option<Said>);
+pub type Line = (Verdict, &'static str, fn(&Answer<'_>) -> Option<Reason>);
 
 /// The verdicts. The first line that applies decides.
 pub const VERDICTS: [Line; 12] = [
@@ -99,7 +99,7 @@ impl Answer<'_> {
     }
 
     /// The likeliest cause that a check rejected although it gains far more than its threshold.
-    fn stopped(&self) -> Option<(&'static Extension, String, &Objection, f64)> {
+    fn stopped(&self) -> Option<(&'static Extension, String, &Rejection, f64)> {
         let strong = |(_, evidence, need, _): &&(_, f64, f64, _)| *evidence > POLICY.stopped * need;
         let (cause, evidence, need, objection) = self.without_causes()?.stopped.iter().find(strong)?;
         Some((cause, format!("{} gains {evidence:.0} nats ({need:.0} needed), but", cause.name), objection, *evidence))
@@ -119,11 +119,11 @@ impl Answer<'_> {
     }
 }
 
-fn contradicted(answer: &Answer<'_>) -> Option<Said> {
+fn contradicted(answer: &Answer<'_>) -> Option<Reason> {
     Some((answer.contradicted.clone()?, None))
 }
 
-fn another_law_instead(answer: &Answer<'_>) -> Option<Said> {
+fn another_law_instead(answer: &Answer<'_>) -> Option<Reason> {
     answer.causes()?;
     let (law, left) = answer.other_law(answer.alike())?;
     let reason = format!(
@@ -135,7 +135,7 @@ fn another_law_instead(answer: &Answer<'_>) -> Option<Said> {
     Some((reason, Some(left)))
 }
 
-fn proxies(answer: &Answer<'_>) -> Option<Said> {
+fn proxies(answer: &Answer<'_>) -> Option<Reason> {
     answer.causes()?;
     let total = answer.state.explained();
     let term = answer.left.strongest().filter(|term| term.evidence > POLICY.left_share * total)?;
@@ -148,7 +148,7 @@ fn proxies(answer: &Answer<'_>) -> Option<Said> {
     Some((reason, None))
 }
 
-fn proxies_of_instants(answer: &Answer<'_>) -> Option<Said> {
+fn proxies_of_instants(answer: &Answer<'_>) -> Option<Reason> {
     answer.causes()?;
     let sigma = answer.state.current.fit.point.noise.sigma_d;
     let proxies = answer.left.bursts() && sigma > POLICY.left_share * answer.sigma_at_start;
@@ -160,7 +160,7 @@ fn proxies_of_instants(answer: &Answer<'_>) -> Option<Said> {
     proxies.then_some((reason, None))
 }
 
-fn rivals(answer: &Answer<'_>) -> Option<Said> {
+fn rivals(answer: &Answer<'_>) -> Option<Reason> {
     let causes = answer.causes()?;
     let first = answer.state.rivals().next()?;
     let either = |cause: &&'static Extension| {
@@ -178,7 +178,7 @@ fn rivals(answer: &Answer<'_>) -> Option<Said> {
     Some((reason, None))
 }
 
-fn named(answer: &Answer<'_>) -> Option<Said> {
+fn named(answer: &Answer<'_>) -> Option<Reason> {
     let causes = answer.causes()?;
     let needed: Vec<String> = answer.state.evidence.iter().map(|(_, need)| format!("{need:.0}")).collect();
     let also = answer.other_law(-answer.alike()).map_or(String::new(), |(law, _)| {
@@ -194,7 +194,7 @@ fn named(answer: &Answer<'_>) -> Option<Said> {
     Some((reason, None))
 }
 
-fn another_law(answer: &Answer<'_>) -> Option<Said> {
+fn another_law(answer: &Answer<'_>) -> Option<Reason> {
     let state = answer.without_causes()?;
     // Of two equally good laws, one leads by chance, so a law must also exceed the threshold of a cause.
     let (law, left) = answer.other_law(state.need.max(POLICY.other_law))?;
@@ -206,7 +206,7 @@ fn another_law(answer: &Answer<'_>) -> Option<Said> {
     (left.evidence > term).then_some((reason, Some(left)))
 }
 
-fn left_over(answer: &Answer<'_>) -> Option<Said> {
+fn left_over(answer: &Answer<'_>) -> Option<Reason> {
     answer.without_causes()?;
     let what = match answer.left.strongest() {
         Some(term) => format!("a dependence on {} remains ({:.0} nats)", term.place, term.evidence),
@@ -216,19 +216,19 @@ fn left_over(answer: &Answer<'_>) -> Option<Said> {
     Some((format!("no cause of the library passes, but {what}"), None))
 }
 
-fn absorbed(answer: &Answer<'_>) -> Option<Said> {
+fn absorbed(answer: &Answer<'_>) -> Option<Reason> {
     let (_, gains, objection, _) = answer.stopped()?;
-    let told = matches!(objection, Objection::Absorbed { .. });
+    let told = matches!(objection, Rejection::Absorbed { .. });
     told.then(|| (format!("{gains} {objection}: these data do not show whether it is missing"), None))
 }
 
-fn spoken_against(answer: &Answer<'_>) -> Option<Said> {
+fn spoken_against(answer: &Answer<'_>) -> Option<Reason> {
     let (cause, gains, objection, size) = answer.stopped()?;
     let left = LeftOver { kind: "proxy".to_owned(), place: cause.name.clone(), size, evidence: size };
     Some((format!("{gains} it is not the cause: {objection}"), Some(left)))
 }
 
-fn far_off(answer: &Answer<'_>) -> Option<Said> {
+fn far_off(answer: &Answer<'_>) -> Option<Reason> {
     let noise = answer.without_causes()?.current.fit.point.noise;
     let reason = format!(
         "no cause of the library passes, but the model lacks an acceleration of {:.2} m/s² (root mean square) with a \
@@ -238,7 +238,7 @@ fn far_off(answer: &Answer<'_>) -> Option<Said> {
     noise.is_lost().then_some((reason, None))
 }
 
-fn perhaps_absorbed(answer: &Answer<'_>) -> Option<Said> {
+fn perhaps_absorbed(answer: &Answer<'_>) -> Option<Reason> {
     let state = answer.without_causes()?;
     let row = answer.closest().filter(|row| row.evidence > POLICY.judged * row.threshold)?;
     let absorbed = state.not_testable.iter().find(|absorbed| absorbed.name == row.name)?;

@@ -1,7 +1,7 @@
 //! The answer of the likelihood.
 
 use crate::catalog::Variant;
-use crate::diagnose::judge::fate::Fate;
+use crate::diagnose::judge::decision::Decision;
 use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::search::skipped::Skipped;
 use crate::evaluator::Innovations;
@@ -120,7 +120,7 @@ pub struct Tried {
     /// Checks up to the first that failed; empty if it was not cross-fitted.
     pub checks: Vec<Check>,
     /// Its fate, and the reason.
-    pub fate: Fate,
+    pub fate: Decision,
 }
 
 /// A fitted model.

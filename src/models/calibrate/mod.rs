@@ -1,7 +1,6 @@
 //! Calibration: evaluator + optimiser + replicates = calibrated parameters.
 
 mod bound_set;
-mod each;
 mod exact;
 mod homotopy;
 mod one_driver;
@@ -11,7 +10,6 @@ mod space;
 mod tasks;
 
 pub use bound_set::BoundSet;
-pub use each::calibrate_each;
 pub use homotopy::{DIFFERENCE, descent};
 pub use one_driver::{Apart, apart, apart_until};
 pub use search::{PROGRAM, SEARCH_REVISION, merit};
@@ -22,7 +20,8 @@ use crate::text::spelling::UnknownWord;
 use std::fmt;
 use std::ops::ControlFlow;
 use std::time::Duration;
-use tasks::{Failed, Task, run};
+pub use tasks::Task;
+use tasks::{Failed, run};
 
 /// Fewer simulations than this are not a search.
 pub const EVALUATIONS_MIN: u64 = 100;
@@ -259,7 +258,7 @@ pub fn calibrate(
     let task = |number| Task { space, cases: cases.clone(), number };
     let tasks: Vec<Task> = (0..settings.replicates).map(task).collect();
     let (mut replicates, mut found, mut infeasible) = (Vec::new(), false, None);
-    for outcome in run(evaluator, &tasks, settings, progress)? {
+    for outcome in run(evaluator, &tasks, settings, &mut |_, told| progress(told))? {
         match outcome {
             Ok(replicate) => {
                 found = true;
@@ -277,20 +276,21 @@ pub fn calibrate(
     if found { Ok(replicates) } else { Err(infeasible.unwrap_or(CalibrateError::Interrupted)) }
 }
 
-/// One replicate of a calibration alone: the same as the one of that number in [`calibrate`]. (Of more than ten there, each keeps fewer
-/// near candidates.)
+/// Calibrations that share only the evaluator; concurrent generations are simulated together. Each entry is the replicate of that number in
+/// [`calibrate`] on the cases of the task alone: the score of a candidate does not depend on its neighbours. (Of more than ten replicates
+/// there, each keeps fewer near candidates.) `progress` also receives the number of the task, from 0; once it breaks, all of them end with
+/// their results so far.
 ///
 /// # Errors
-/// As [`calibrate`].
-pub fn calibrate_replicate(
+/// When the evaluator fails. A task without a feasible candidate, or stopped before any, is an error of its own entry.
+pub fn calibrate_each(
     evaluator: &mut dyn Evaluator,
-    space: &SearchSpace,
+    tasks: &[Task<'_>],
     settings: &Calibration,
-    number: u64,
-    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
-) -> Result<Replicate, CalibrateError> {
-    let task = Task { space, cases: 0..evaluator.cases().len(), number };
-    run(evaluator, &[task], settings, progress)?.remove(0).map_err(|failed| failed.error)
+    progress: &mut (dyn FnMut(usize, Progress) -> ControlFlow<()> + Send),
+) -> Result<Vec<Result<Replicate, CalibrateError>>, CalibrateError> {
+    let outcomes = run(evaluator, tasks, settings, progress)?;
+    Ok(outcomes.into_iter().map(|outcome| outcome.map_err(|failed| failed.error)).collect())
 }
 
 /// The replicate with the lowest score.

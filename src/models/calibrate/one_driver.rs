@@ -1,9 +1,10 @@
 //! Whether drives have one driver: half of a drive predicts its other half, and another driver's drive less well.
 
-use super::{CalibrateError, Calibration, SearchSpace, Stop, calibrate_each};
+use super::{CalibrateError, Calibration, SearchSpace, Stop, Task, calibrate_each};
 use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Population};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
+use std::ops::ControlFlow;
 
 /// Shorter halves show too little of a driver \[s\].
 const HALF_S: f64 = 30.0;
@@ -65,8 +66,9 @@ pub fn apart_until(
     let mut lanes = Lanes::new(halves, gof, LanesPrecision::Plain)?;
     let few = Stop { max_evaluations: PER_PARAMETER * free.len() as u64, ..Stop::default() };
     let calibration = Calibration { seed, stop: few, ..Calibration::default() };
-    let spaces = vec![space.clone(); 2 * drives.len()];
-    let found = match calibrate_each(&mut lanes, &spaces, &calibration, stop) {
+    let tasks: Vec<Task> = (0..2 * drives.len()).map(|case| Task { space, cases: case..case + 1, number: 0 }).collect();
+    let mut go_on = |_, _| if stop() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) };
+    let found = match calibrate_each(&mut lanes, &tasks, &calibration, &mut go_on) {
         Err(CalibrateError::Evaluate(error)) => return Err(error),
         _ if stop() => return Ok(None),
         found => found.unwrap_or_default(),

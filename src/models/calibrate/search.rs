@@ -25,6 +25,8 @@ pub static PROGRAM: LazyLock<String> =
 
 /// One replicate.
 pub(super) struct Search<'a> {
+    /// Its place among the tasks.
+    pub(super) task: usize,
     pub(super) number: u64,
     pub(super) space: &'a SearchSpace,
     /// The cases of the evaluator that its candidates are simulated on.
@@ -59,6 +61,7 @@ impl<'a> Search<'a> {
         let free = space.free();
         let optimizer = optimizer(space, settings, number);
         Search {
+            task: 0,
             number,
             space,
             cases,
@@ -114,7 +117,7 @@ impl<'a> Search<'a> {
     fn decide(
         &mut self,
         evaluator: &dyn Evaluator,
-        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(usize, Progress) -> ControlFlow<()>,
     ) -> Result<(), EvaluateError> {
         let best = self.optimizer.best().and_then(value);
         let held_out = self.optimizer.rival().and_then(value).or(best);
@@ -122,7 +125,7 @@ impl<'a> Search<'a> {
         self.stall = if gain { 0 } else { self.stall + 1 };
         self.latest = held_out;
         let evaluations = self.earlier + self.evaluations;
-        let told = progress(Progress { replicate: self.number, evaluations, best });
+        let told = progress(self.task, Progress { replicate: self.number, evaluations, best });
         self.ended = if told.is_break() {
             Some(StopReason::Interrupted)
         } else if self.free.is_empty() {
@@ -342,7 +345,7 @@ impl<'a> Group<'a> {
         &mut self,
         evaluator: &mut dyn Evaluator,
         set: BufferSet,
-        progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+        progress: &mut dyn FnMut(usize, Progress) -> ControlFlow<()>,
     ) -> Result<(), EvaluateError> {
         if !self.by_job.is_empty() {
             evaluator.collect(set, &mut self.by_job)?;
@@ -389,7 +392,7 @@ impl<'a> Group<'a> {
 pub(super) fn advance(
     groups: &mut [Group<'_>],
     evaluator: &mut dyn Evaluator,
-    progress: &mut dyn FnMut(Progress) -> ControlFlow<()>,
+    progress: &mut dyn FnMut(usize, Progress) -> ControlFlow<()>,
 ) -> Result<(), EvaluateError> {
     let mut exact = Exact::default();
     if !evaluator.overlaps() {

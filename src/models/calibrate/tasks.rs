@@ -10,7 +10,8 @@ use std::ops::{ControlFlow, Range};
 use std::sync::Mutex;
 
 /// One calibration.
-pub(super) struct Task<'a> {
+pub struct Task<'a> {
+    /// Its parameters and their bounds.
     pub space: &'a SearchSpace,
     /// The cases of the evaluator that candidates are simulated on.
     pub cases: Range<usize>,
@@ -26,28 +27,29 @@ pub(super) struct Failed {
 }
 
 /// Runs tasks in parallel: by derivatives where they are useful, otherwise by scores alone. One entry per task, in order; none depends on
-/// its neighbours.
+/// its neighbours. `progress` also receives the number of the task, from 0.
 pub(super) fn run(
     evaluator: &mut dyn Evaluator,
     tasks: &[Task<'_>],
     settings: &Calibration,
-    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
+    progress: &mut (dyn FnMut(usize, Progress) -> ControlFlow<()> + Send),
 ) -> Result<Vec<Result<Replicate, Failed>>, CalibrateError> {
     // Once the caller has stopped, all tasks end.
     let told = Mutex::new((progress, false));
-    let tell = |progress: Progress| {
+    let tell = |task: usize, progress: Progress| {
         let mut told = told.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        told.1 |= (told.0)(progress).is_break();
+        told.1 |= (told.0)(task, progress).is_break();
         if told.1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let ground = Ground::new(evaluator.cases(), evaluator.gof(), settings)?;
-    let begin = |task: &Task| match &ground {
+    let begin = |(i, task): (usize, &Task)| match &ground {
         Some(ground) if !task.space.free().is_empty() => {
-            homotopy::search(ground, task.cases.clone(), task.space, settings, task.number, &tell).map(Some)
+            homotopy::search(ground, task.cases.clone(), task.space, settings, task.number, &|told| tell(i, told))
+                .map(Some)
         }
         _ => Ok(None),
     };
-    let begun: Vec<Option<Ended>> = tasks.par_iter().map(begin).collect::<Result<_, _>>()?;
+    let begun: Vec<Option<Ended>> = tasks.par_iter().enumerate().map(begin).collect::<Result<_, _>>()?;
     let is_open = |i: &usize| !matches!(begun[*i], Some(Ended::Found(_)));
     let mut going: Vec<usize> = (0..tasks.len()).filter(is_open).collect();
     // After a caller has stopped the searches, no others run.
@@ -62,13 +64,13 @@ pub(super) fn run(
         };
         settings.stop.max_evaluations = settings.stop.max_evaluations.saturating_sub(earlier).max(1);
         let mut search = Search::new(task.space, task.cases.clone(), &settings, task.number);
-        search.earlier = earlier;
+        (search.task, search.earlier) = (*i, earlier);
         search
     };
     let together = if evaluator.overlaps() { going.len().div_ceil(2).max(1) } else { at_a_time(evaluator, tasks) };
     let mut groups: Vec<Group> =
         going.chunks(together).map(|some| Group::new(some.iter().map(search).collect())).collect();
-    advance(&mut groups, evaluator, &mut { tell })?;
+    advance(&mut groups, evaluator, &mut |task, told| tell(task, told))?;
     let mut searches: Vec<Option<Search>> = tasks.iter().map(|_| None).collect();
     for (i, search) in going.into_iter().zip(groups.into_iter().flat_map(|group| group.searches)) {
         searches[i] = Some(search);

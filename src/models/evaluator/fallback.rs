@@ -1,7 +1,6 @@
 //! An evaluator that another one replaces when it fails, without losing the generation under way.
 
 use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score, Timings};
-use crate::score::GoodnessOfFit;
 
 /// Makes the second evaluator once the first has failed, and may report why.
 pub type Replace = Box<dyn FnMut(&EvaluateError, Vec<Case>) -> Result<Box<dyn Evaluator>, EvaluateError> + Send>;
@@ -66,32 +65,10 @@ impl Fallback {
 }
 
 impl Evaluator for Fallback {
-    fn cases(&self) -> &[Case] {
-        self.current.cases()
-    }
-
-    fn gof(&self) -> &GoodnessOfFit {
-        self.current.gof()
-    }
-
-    fn name(&self) -> &'static str {
-        self.current.name()
-    }
-
-    fn precision(&self) -> &'static str {
-        self.current.precision()
-    }
-
-    fn adapter(&self) -> Option<String> {
-        self.current.adapter()
-    }
+    crate::forward_evaluator!(current: cases, gof, name, precision, adapter, overlaps);
 
     fn timings(&self) -> Timings {
         self.spent + self.current.timings()
-    }
-
-    fn overlaps(&self) -> bool {
-        self.current.overlaps()
     }
 
     fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {

@@ -4,9 +4,9 @@ mod adapter;
 mod case;
 mod course;
 mod fallback;
-mod halves;
 mod observer;
 mod raw;
+mod splitting;
 mod table;
 
 pub use adapter::AdapterChoice;
@@ -14,9 +14,9 @@ pub use case::{Case, CaseError, InvalidParameter};
 pub use course::smoothed_acceleration;
 pub use course::{Course, CourseError, LEADER_SMOOTHING, Pace, WorldSignals};
 pub use fallback::Fallback;
-pub use halves::Halves;
 pub use observer::{Innovations, Observed, Observer, Pull, Residuals, Slopes, Soft, Windows};
 pub use raw::{Raw, status};
+pub use splitting::Splitting;
 pub use table::{Cell, Line, Table};
 
 use crate::catalog::Variant;
@@ -348,6 +348,36 @@ impl std::ops::Add for Timings {
             first_dispatch_s: self.first_dispatch_s + other.first_dispatch_s,
         }
     }
+}
+
+/// Implements methods of [`Evaluator`] by those of an evaluator in a field: `forward_evaluator!(inner: cases, gof, submit);`.
+#[doc(hidden)]
+#[macro_export]
+macro_rules! forward_evaluator {
+    ($inner:ident: $($method:ident),+) => { $($crate::forward_evaluator!(@ $method $inner);)+ };
+    (@ cases $inner:ident) => { fn cases(&self) -> &[$crate::evaluator::Case] { self.$inner.cases() } };
+    (@ gof $inner:ident) => { fn gof(&self) -> &$crate::score::GoodnessOfFit { self.$inner.gof() } };
+    (@ name $inner:ident) => { fn name(&self) -> &'static str { self.$inner.name() } };
+    (@ precision $inner:ident) => { fn precision(&self) -> &'static str { self.$inner.precision() } };
+    (@ adapter $inner:ident) => { fn adapter(&self) -> Option<String> { self.$inner.adapter() } };
+    (@ overlaps $inner:ident) => { fn overlaps(&self) -> bool { self.$inner.overlaps() } };
+    (@ submit $inner:ident) => {
+        fn submit(
+            &mut self,
+            set: $crate::evaluator::BufferSet,
+            jobs: &[$crate::evaluator::Job<'_>],
+        ) -> Result<(), $crate::evaluator::EvaluateError> {
+            self.$inner.submit(set, jobs)
+        }
+    };
+    (@ outcomes $inner:ident) => {
+        fn outcomes(
+            &mut self,
+            jobs: &[$crate::evaluator::Job<'_>],
+        ) -> Result<Vec<$crate::evaluator::Outcome>, $crate::evaluator::EvaluateError> {
+            self.$inner.outcomes(jobs)
+        }
+    };
 }
 
 /// Simulates populations of one variant over its cases.

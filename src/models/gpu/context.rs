@@ -1,12 +1,12 @@
 //! Everything on a device that is lost with it: tables, pipelines, buffers, work in flight.
 
 use super::adapter::Adapter;
-use super::device::{Device, Fault, Limits, Windows};
-use super::kernel::{Kernel, Replaced};
-use super::plan::Plan;
+use super::device::{Device, Fault, Limits};
+use super::kernel::{Kernel, Replaced, Windows};
+use super::part_buffers::PartBuffers;
+use super::plan::Work;
 use super::rate::Rate;
 use super::results::Results;
-use super::slot::Slot;
 use super::tables::Tables;
 use crate::evaluator::{Course, Timings};
 use crate::score::GoodnessOfFit;
@@ -15,17 +15,6 @@ use std::time::{Duration, Instant};
 
 /// Largest number of submissions of a buffer set in flight: one runs and one waits, so that the device is never idle.
 const IN_FLIGHT: usize = 2;
-
-/// Work of one buffer set.
-#[derive(Debug)]
-pub(super) struct Work {
-    pub(super) kernel: Kernel,
-    pub(super) plan: Plan,
-    /// With observers: samples in a block of sums; else 0.
-    pub(super) block: u32,
-    /// Blocks of the longest trajectory; 0 without an observer.
-    pub(super) blocks: u32,
-}
 
 #[derive(Debug)]
 struct Submitted {
@@ -53,7 +42,7 @@ pub(super) struct Context {
     pipeline_layout: wgpu::PipelineLayout,
     pipelines: HashMap<Kernel, wgpu::ComputePipeline>,
     /// Buffers of each part, for each buffer set.
-    slots: [Vec<Slot>; 3],
+    buffers: [Vec<PartBuffers>; 3],
     flights: [Flight; 3],
     rate: Rate,
     /// Time spent on building and warming up pipelines.
@@ -73,7 +62,7 @@ impl Context {
     ) -> Result<Context, Fault> {
         let device = Device::open(adapter, limits)?;
         let tables = Tables::upload(&device, courses, gof)?;
-        let layout = Slot::layout(&device);
+        let layout = PartBuffers::layout(&device);
         let pipeline_layout = device.raw.create_pipeline_layout(&wgpu::PipelineLayoutDescriptor {
             label: Some("kernel"),
             bind_group_layouts: &[Some(&layout)],
@@ -86,7 +75,7 @@ impl Context {
             layout,
             pipeline_layout,
             pipelines: HashMap::new(),
-            slots: Default::default(),
+            buffers: Default::default(),
             flights: Default::default(),
             rate: Rate::UNKNOWN,
             warm_up: Duration::ZERO,
@@ -110,19 +99,19 @@ impl Context {
     pub(super) fn start(&mut self, set: usize, work: &Work) -> Result<(), Fault> {
         self.flights[set] = Flight::default();
         let began = Instant::now();
-        let Context { device, tables, layout, slots, .. } = self;
+        let Context { device, tables, layout, buffers, .. } = self;
         device.making("uploading the candidates", || {
             for (k, part) in work.plan.parts.iter().enumerate() {
-                if slots[set].len() == k {
-                    slots[set].push(Slot::new(device));
+                if buffers[set].len() == k {
+                    buffers[set].push(PartBuffers::new(device));
                 }
-                slots[set][k].prepare(device, layout, (part.group, &tables[part.group]), part, work);
+                buffers[set][k].prepare(device, layout, (part.group, &tables[part.group]), part, work);
             }
             let mut rest = work.plan.words.as_slice();
-            for (part, slot) in work.plan.parts.iter().zip(&slots[set]) {
+            for (part, buffers) in work.plan.parts.iter().zip(&buffers[set]) {
                 let (own, others) = rest.split_at((part.count * work.kernel.candidate_words()) as usize);
                 rest = others;
-                slot.upload(device, own);
+                buffers.upload(device, own);
             }
         })?;
         self.transfer += began.elapsed();
@@ -146,7 +135,7 @@ impl Context {
     /// Builds the pipeline unless it exists. Drivers compile at the first dispatch, so this includes an empty one.
     fn warm(&mut self, set: usize, work: &Work) -> Result<(), Fault> {
         const DOING: &str = "building the kernel";
-        let Some(slot) = self.slots[set].first().filter(|_| !work.plan.parts.is_empty()) else { return Ok(()) };
+        let Some(buffers) = self.buffers[set].first().filter(|_| !work.plan.parts.is_empty()) else { return Ok(()) };
         let kernel = self.kernel(work);
         if self.pipelines.contains_key(&kernel) {
             return Ok(());
@@ -166,9 +155,9 @@ impl Context {
                 cache: None,
             })
         })?;
-        slot.write_chunk(&self.device, [0, 0, 0, 1], work.block, 0);
+        buffers.write_chunk(&self.device, [0, 0, 0, 1], work.block, 0);
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
-        slot.dispatch(&mut encoder, &pipeline, [1, 1]);
+        buffers.dispatch(&mut encoder, &pipeline, [1, 1]);
         let submission = self.device.queue.submit([encoder.finish()]);
         self.device.wait(Some(submission)).map_err(|fault| Fault { doing: DOING, ..fault })?;
         self.pipelines.insert(kernel, pipeline);
@@ -181,24 +170,24 @@ impl Context {
         let kernel = self.kernel(work);
         let flight = &mut self.flights[set];
         let Some(part) = work.plan.parts.get(flight.part) else { return false };
-        let slot = &self.slots[set][flight.part];
+        let buffers = &self.buffers[set][flight.part];
         let chunk = self.device.limits.chunk.unwrap_or_else(|| self.rate.samples(part.count));
         let chunk = chunk.clamp(1, kernel.longest_chunk());
         let (from, to) = (flight.sample, (flight.sample + chunk).min(part.samples));
         let [begin, length] = kernel.window(part.begin.unwrap_or(0), [from, to]);
-        slot.write_chunk(&self.device, [from, to, part.count, part.count], work.block, begin);
+        buffers.write_chunk(&self.device, [from, to, part.count, part.count], work.block, begin);
         let mut encoder = self.device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         if from == 0 {
-            slot.clear(&mut encoder, part, work);
+            buffers.clear(&mut encoder, part, work);
         }
         if kernel.has_window() {
-            slot.copy_window(&mut encoder, &self.tables[part.group], [begin, length]);
+            buffers.copy_window(&mut encoder, &self.tables[part.group], [begin, length]);
         }
         let groups = part.count.div_ceil(kernel.workgroup);
         let x = groups.min(self.device.limits.workgroups);
-        slot.dispatch(&mut encoder, &self.pipelines[&kernel], [x, groups.div_ceil(x)]);
+        buffers.dispatch(&mut encoder, &self.pipelines[&kernel], [x, groups.div_ceil(x)]);
         if to == part.samples {
-            slot.read_back(&mut encoder, part, work);
+            buffers.read_back(&mut encoder, part, work);
             (flight.part, flight.sample) = (flight.part + 1, 0);
         } else {
             flight.sample = to;
@@ -219,8 +208,8 @@ impl Context {
         results.words.clear();
         results.blocks.clear();
         let began = Instant::now();
-        for (part, slot) in work.plan.parts.iter().zip(&self.slots[set]) {
-            slot.read(&self.device, part, work, self.flights[set].done.as_ref(), results)?;
+        for (part, buffers) in work.plan.parts.iter().zip(&self.buffers[set]) {
+            buffers.read(&self.device, part, work, self.flights[set].done.as_ref(), results)?;
         }
         self.transfer += began.elapsed();
         self.device.check("reading the results")

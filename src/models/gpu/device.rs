@@ -1,7 +1,7 @@
 //! Devices: opening, sharing and failures.
 
 use super::adapter::Adapter;
-use super::kernel::{LARGEST_WORKGROUP, WINDOW_LENGTH, workgroup};
+use super::kernel::{LARGEST_WORKGROUP, WINDOW_LENGTH, Windows, workgroup};
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Duration;
@@ -106,19 +106,6 @@ impl Opened {
         drop(lost);
         opened
     }
-}
-
-/// The samples to read from uniform memory if candidates simulate one trajectory.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
-pub(super) enum Windows {
-    /// None.
-    Nothing,
-    /// Those of the sample that all candidates are at. A GPU reads such a value once for all candidates, but one by one if each
-    /// candidate looks up another sample (NVIDIA H200: a third faster for IDM, eight times slower if delayed samples are also read this
-    /// way).
-    Present,
-    /// All: a driver on the CPU reads storage lane by lane.
-    All,
 }
 
 /// An open device, and the share of one evaluator.

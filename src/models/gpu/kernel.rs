@@ -1,6 +1,5 @@
 //! The text of the kernel: the model of a variant, a generated prelude, `shaders/kernel.wgsl`.
 
-use super::device::Windows;
 use crate::extension::{Extension, Initial, Signal};
 use crate::score::Accumulation;
 use crate::wgsl::{Precision, Recipe, ShaderError, Source, check, member, memory_of, shader};
@@ -43,6 +42,19 @@ pub(super) enum Sums {
     /// Sums for one goodness of fit; the result is a score, 4 bytes.
     Score(Accumulation),
     /// All sums for the measures; the result is [`RAW_WORDS`] words.
+    All,
+}
+
+/// The samples to read from uniform memory if candidates simulate one trajectory.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
+pub(super) enum Windows {
+    /// None.
+    Nothing,
+    /// Those of the sample that all candidates are at. A GPU reads such a value once for all candidates, but one by one if each
+    /// candidate looks up another sample (NVIDIA H200: a third faster for IDM, eight times slower if delayed samples are also read this
+    /// way).
+    Present,
+    /// All: a driver on the CPU reads storage lane by lane.
     All,
 }
 

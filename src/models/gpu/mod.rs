@@ -7,21 +7,21 @@ mod adapter;
 mod context;
 mod device;
 mod kernel;
+mod own_functions;
+mod part_buffers;
 mod plan;
 mod probe;
 mod rate;
 mod results;
-mod slot;
 mod tables;
-mod twins;
 
 pub use crate::evaluator::AdapterChoice;
 pub use adapter::Adapter;
 pub use adapter::is_switched_off;
 pub use device::Limits;
 pub use kernel::kernel_text;
+pub use own_functions::CpuFunctions;
 pub use probe::{Mode, Probe, ProbeStatus, modes, probes, values};
-pub use twins::Twins;
 
 use crate::convention::{self, BoundRule};
 use crate::evaluator::{
@@ -29,10 +29,10 @@ use crate::evaluator::{
 };
 use crate::score::GoodnessOfFit;
 use crate::wgsl::{Precision, Recipe, ShaderError, check};
-use context::{Context, Work};
-use device::{Fault, Windows};
-use kernel::{Kernel, RAW_WORDS, SMALLEST_WORKGROUP, Sums};
-use plan::{Plan, most_candidates};
+use context::Context;
+use device::Fault;
+use kernel::{Kernel, RAW_WORDS, SMALLEST_WORKGROUP, Sums, Windows};
+use plan::{Plan, Work, most_candidates};
 use results::{Results, for_each_candidate, raw_of, score_of};
 use std::time::Duration;
 

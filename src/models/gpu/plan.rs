@@ -7,6 +7,17 @@ use crate::symbols::{Parameters, Symbol};
 use rayon::prelude::*;
 use std::ops::Range;
 
+/// Work of one buffer set.
+#[derive(Debug)]
+pub(super) struct Work {
+    pub(super) kernel: Kernel,
+    pub(super) plan: Plan,
+    /// With observers: samples in a block of sums; else 0.
+    pub(super) block: u32,
+    /// Blocks of the longest trajectory; 0 without an observer.
+    pub(super) blocks: u32,
+}
+
 /// Largest number of candidates of one dispatch, whatever the limits: a chunk of 16 samples of them takes about 0.1 s on a slow adapter.
 const MOST_CANDIDATES: u64 = 1 << 19;
 

@@ -2,7 +2,7 @@
 
 use super::adapter::Adapter;
 use super::device::{Device, Fault};
-use super::twins::{Twins, own_exponential, own_logarithm, own_power};
+use super::own_functions::{CpuFunctions, own_exponential, own_logarithm, own_power};
 use std::time::Instant;
 
 /// Result of a probe.
@@ -223,7 +223,7 @@ const TURNS: u32 = 1 << 20;
 
 /// Runs every probe on an adapter.
 #[must_use]
-pub fn probes(adapter: &Adapter, twins: &Twins) -> Vec<Probe> {
+pub fn probes(adapter: &Adapter, on_the_cpu: &CpuFunctions) -> Vec<Probe> {
     let failed = |name, fault: Fault| Probe {
         name,
         status: ProbeStatus::Fail,
@@ -245,9 +245,9 @@ pub fn probes(adapter: &Adapter, twins: &Twins) -> Vec<Probe> {
         });
     }
     for (name, probed) in [
-        ("own_power", own_power(&device, twins)),
-        ("own_exponential", own_exponential(&device, twins)),
-        ("own_logarithm", own_logarithm(&device, twins)),
+        ("own_power", own_power(&device, on_the_cpu)),
+        ("own_exponential", own_exponential(&device, on_the_cpu)),
+        ("own_logarithm", own_logarithm(&device, on_the_cpu)),
         ("rounded_quotients", rounded(&device, "quotients", "x[2u * k] / x[2u * k + 1u]", |x| x[0] / x[1])),
         ("rounded_roots", rounded(&device, "square roots", "sqrt(x[2u * k])", |x| x[0].sqrt())),
         ("loops", loops(&device)),

@@ -1,6 +1,6 @@
 //! The meaning of results from a device.
 
-use super::context::Work;
+use super::plan::Work;
 use crate::evaluator::{Failure, FailureKind, Raw, Score, status};
 
 /// Bits of a result word beside [`status`]: the candidate touched a bound and the convention rejects it.

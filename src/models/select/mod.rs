@@ -3,7 +3,7 @@
 #[cfg_attr(not(feature = "gpu"), path = "no_device.rs")]
 pub mod device;
 
-use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator, Fallback, Halves};
+use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator, Fallback, Splitting};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
@@ -107,7 +107,7 @@ impl Selection {
         match self.kind {
             Kind::Reference => Ok(Box::new(Reference::new(cases, gof))),
             Kind::Lanes => Ok(Box::new(Lanes::new(cases, gof, self.precision.unwrap_or_default())?)),
-            Kind::Gpu => Ok(Box::new(Halves::new(device::open(cases, gof, f32_precision, &self.adapter)?))),
+            Kind::Gpu => Ok(Box::new(Splitting::new(device::open(cases, gof, f32_precision, &self.adapter)?))),
             Kind::Auto => {
                 let precision = self.precision.unwrap_or(work.precision);
                 let named = self.named()?;
@@ -122,7 +122,7 @@ impl Selection {
                 }
                 match device::open(cases.clone(), gof, f32_precision, &self.adapter) {
                     Ok(gpu) => Ok(Box::new(Fallback::new(
-                        Box::new(Halves::new(gpu)),
+                        Box::new(Splitting::new(gpu)),
                         Box::new(move |error, cases| {
                             warn(&format!("{error}; continuing with the CPU evaluator"));
                             lanes(cases)

@@ -64,7 +64,7 @@ fn histogram(figure: &mut Figure, [left, top]: [f64; 2], one: &Distribution) {
         let (from, to) = (left + k as f64 / BARS as f64 * width, left + (k + 1) as f64 / BARS as f64 * width);
         let colour = if inside { PALETTE[0] } else { BASE };
         let edges = [k, k + 1].map(|k| short(low + k as f64 / BARS as f64 * (high - low)));
-        figure.told(&format!("{count} between {} and {}", edges[0], edges[1]), |figure| {
+        figure.with_tooltip(&format!("{count} between {} and {}", edges[0], edges[1]), |figure| {
             figure.bar([from, bottom - *count as f64 / most * height], [to, bottom], colour, "none");
         });
     }

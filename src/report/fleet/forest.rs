@@ -60,7 +60,7 @@ fn draw(figure: &mut Figure, [left, right]: [f64; 2], top: f64, names: &[&str], 
         let y = top + ROW * (row as f64 + 0.5);
         let ends = one.ends.get(row).copied().flatten();
         let told = ends.map_or("not determined".to_owned(), |[low, high]| format!("{} to {}", short(low), short(high)));
-        figure.told(&format!("{name}: {} {}, {told}", one.of.name, short(*value)), |figure| {
+        figure.with_tooltip(&format!("{name}: {} {}, {told}", one.of.name, short(*value)), |figure| {
             if let Some([from, to]) = ends {
                 figure.line([at(from), y], [at(to), y], 2.0, PALETTE[0]);
             }

@@ -2,9 +2,10 @@
 
 use super::budget::budget;
 use super::sumo::sumo;
-use super::{Chart, Line, MadeBy, Page, Panel, Role, between, escape, short, within};
+use super::{Chart, MadeBy, Page, between, escape, short, within};
 use crate::diagnose::describe::error_breakdown::Budget;
 use crate::identify::CONFIDENCE;
+use crate::report::panel::{Panel, Series, Style};
 use crate::report::text::{OPEN, UNDETERMINED, partner, scores_in_words};
 use crate::result::diagnosis::FindingEntry;
 use crate::result::{KnowledgeEntry, ResultFile};
@@ -62,10 +63,7 @@ pub fn calibration(
             x_label: "evaluations".to_owned(),
             x,
             points: false,
-            panels: vec![Panel {
-                label: result.gof.clone(),
-                lines: vec![Line::new("best so far", Role::Simulated, &y)],
-            }],
+            panels: vec![Panel::new(&result.gof, vec![Series::new("best so far", Style::Simulated, y)])],
         }
     };
     let converging = result.replicates.iter().filter(|r| r.convergence.len() > 1);

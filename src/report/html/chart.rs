@@ -1,5 +1,6 @@
 //! Time charts as data for the script of a report: thinned to the resolution of the screen, extremes kept.
 
+use crate::report::panel::Panel;
 use serde::Serialize;
 
 /// Number of stretches of which each keeps the extremes of every line.
@@ -21,49 +22,6 @@ pub struct Chart {
     pub panels: Vec<Panel>,
 }
 
-/// One panel.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Panel {
-    /// Name of the vertical axis with its unit.
-    pub label: String,
-    /// Its lines.
-    pub lines: Vec<Line>,
-}
-
-/// One line.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct Line {
-    /// Name in the legend.
-    pub name: String,
-    /// Decides its colour.
-    pub role: Role,
-    /// One value per horizontal one; `null` leaves a gap.
-    pub values: Vec<Option<f64>>,
-}
-
-/// Role of a line.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
-#[serde(rename_all = "lowercase")]
-pub enum Role {
-    /// Measured.
-    Observed,
-    /// The model, or the base model.
-    Simulated,
-    /// The extended model.
-    Alternative,
-    /// Context of the other lines.
-    Context,
-}
-
-impl Line {
-    /// A line that leaves a gap at values that are not finite.
-    #[must_use]
-    pub fn new(name: &str, role: Role, values: &[f64]) -> Line {
-        let values = values.iter().map(|v| v.is_finite().then_some(*v)).collect();
-        Line { name: name.to_owned(), role, values }
-    }
-}
-
 impl Chart {
     /// The same chart with few enough points: for each stretch, the samples at which a line is highest or lowest, with five
     /// digits.
@@ -75,8 +33,9 @@ impl Chart {
         for start in (0..count).step_by(width) {
             let end = (start + width).min(count);
             let mut own = vec![start];
-            for line in self.panels.iter().flat_map(|panel| &panel.lines) {
-                let with_value = || (start..end).filter_map(|i| Some((i, line.values.get(i).copied().flatten()?)));
+            for line in self.panels.iter().flat_map(|panel| &panel.series) {
+                let finite = |i: usize| line.values.get(i).copied().filter(|value| value.is_finite());
+                let with_value = || (start..end).filter_map(|i| Some((i, finite(i)?)));
                 own.extend(with_value().min_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i));
                 own.extend(with_value().max_by(|a, b| a.1.total_cmp(&b.1)).map(|(i, _)| i));
             }
@@ -86,9 +45,8 @@ impl Chart {
         }
         kept.extend(count.checked_sub(1).filter(|last| kept.last() != Some(last)));
         self.x = kept.iter().map(|i| self.x[*i]).collect();
-        for line in self.panels.iter_mut().flat_map(|panel| &mut panel.lines) {
-            let value = |i: &usize| line.values.get(*i).copied().flatten().map(five);
-            line.values = kept.iter().map(value).collect();
+        for line in self.panels.iter_mut().flat_map(|panel| &mut panel.series) {
+            line.values = kept.iter().map(|i| line.values.get(*i).map_or(f64::NAN, |value| five(*value))).collect();
         }
         self
     }
@@ -102,6 +60,7 @@ fn five(value: f64) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::report::panel::{Series, Style};
 
     #[test]
     fn extremes_survive_and_the_rest_is_thinned() {
@@ -109,12 +68,11 @@ mod tests {
         let mut values: Vec<f64> = x.iter().map(|x| (x * 0.1).sin()).collect();
         values[12_345] = 7.0;
         values[12_346] = f64::NAN;
-        let line = Line::new("s", Role::Observed, &values);
-        let panel = Panel { label: String::new(), lines: vec![line] };
+        let panel = Panel::new("", vec![Series::new("s", Style::Observed, values)]);
         let chart =
             Chart { title: String::new(), x_label: String::new(), x, points: false, panels: vec![panel] }.thinned();
         assert!(chart.x.len() <= 3 * STRETCHES + 1 && chart.x.is_sorted());
-        assert!(chart.panels[0].lines[0].values.contains(&Some(7.0)));
+        assert!(chart.panels[0].series[0].values.contains(&7.0));
         assert_eq!(chart.x.last(), Some(&2399.9));
     }
 }

@@ -12,7 +12,7 @@ mod sumo;
 mod table;
 
 pub use calibration::{DriveErrors, calibration};
-pub use chart::{Chart, Line, Panel, Role};
+pub use chart::Chart;
 pub use diagnosis::diagnosis;
 pub use made_by::{MadeBy, RUN_VERSION};
 pub(in crate::internal::report) use table::is_formula;

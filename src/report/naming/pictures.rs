@@ -65,7 +65,7 @@ pub fn names(report: &DiagnosisReport) -> String {
         for (j, said) in columns.iter().enumerate() {
             let Some(judged) = cells.get(&((*row).clone(), (*said).clone())) else { continue };
             let words = format!("{row} planted, {said}: {} of {}", judged.len(), sizes[*row]);
-            figure.told(&words, |figure| {
+            figure.with_tooltip(&words, |figure| {
                 let mut left = x(j) + 1.0;
                 for (kind, _, colour) in COLOURS {
                     let share = judged.iter().filter(|judged| **judged == kind).count() as f64 / judged.len() as f64;
@@ -108,7 +108,7 @@ pub fn power(report: &DiagnosisReport) -> String {
         figure.polyline(&line, 1.4, colour);
         for (k, at) in shown {
             let words = format!("{}, {} m/s: {} of {}", row.of, at.rms_mps, at.right, at.cases);
-            figure.told(&words, |figure| {
+            figure.with_tooltip(&words, |figure| {
                 let [low, high] = at.interval.map(|end| plot.height(100.0 * end));
                 figure.line([x(k), low], [x(k), high], 1.4, colour);
                 figure.dot([x(k), height(at.right, at.cases)], 3.4, colour);

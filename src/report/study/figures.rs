@@ -65,7 +65,7 @@ pub fn variations(material: &Material) -> String {
             let [from, to] = [k, k + 1].map(|edge| short(end * edge as f64 / BARS as f64));
             let beyond = if k + 1 == BARS && most > end { " and above" } else { "" };
             let text = format!("{}: {count} of {} with CV {from} to {to} %{beyond}", base.paper, values.len());
-            figure.told(&text, |figure| {
+            figure.with_tooltip(&text, |figure| {
                 figure.bar([x, plot.height(share(*count))], [to_x, plot.y[1]], colour(own, base), "none");
             });
         }
@@ -147,7 +147,7 @@ pub fn trajectories(material: &Material) -> String {
             let name = &own.drives[drive].vehicle;
             for (i, (score, fill, what)) in bars.into_iter().enumerate().filter_map(|(i, bar)| Some((i, bar?))) {
                 let x = |share: f64| plot.along(place, drives.len(), 0.08 + 0.84 * (i as f64 + share) / count as f64);
-                figure.told(&format!("{platoon} {name}, {what}: {score:.4}"), |figure| {
+                figure.with_tooltip(&format!("{platoon} {name}, {what}: {score:.4}"), |figure| {
                     figure.bar([x(0.05), plot.height(score)], [x(0.95), plot.y[1]], fill, INK);
                 });
             }
@@ -263,7 +263,7 @@ pub fn boxes(material: &Material) -> String {
             b.mean,
             counted(b.outliers.len())
         );
-        figure.told(&text, |figure| {
+        figure.with_tooltip(&text, |figure| {
             figure.line([x, y(b.whiskers[0])], [x, y(b.quartiles[0])], 1.0, INK);
             figure.line([x, y(b.quartiles[2])], [x, y(b.whiskers[1])], 1.0, INK);
             figure.bar([x - half, y(b.quartiles[2])], [x + half, y(b.quartiles[0])], fill, INK);
@@ -330,7 +330,7 @@ pub fn collisions(material: &Material) -> String {
             for (v, point) in variants.into_iter().zip(points) {
                 let ((collisions, _, runs), variant) = (outcomes.collisions(v), &outcomes.variants[v]);
                 let text = format!("{}, {}: {collisions} of {runs} runs collide", called(variant), outcomes.gof);
-                figure.told(&text, |figure| figure.dot(point, 2.6, colour));
+                figure.with_tooltip(&text, |figure| figure.dot(point, 2.6, colour));
             }
         }
     }

@@ -3,6 +3,7 @@
 mod thin;
 
 use super::figure::{Axis, Figure, INK, PALETTE};
+use super::panel::{Panel, Style};
 use thin::lines;
 
 /// The picture, and the edges of all panels \[px\].
@@ -14,40 +15,6 @@ const DOWN: [f64; 2] = [84.0, 754.0];
 const BETWEEN: f64 = 8.0;
 /// Axes, and the line at zero.
 const AXIS: &str = "#787878";
-
-/// One panel: series that share a vertical axis.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Panel {
-    /// Name of the vertical axis with its unit, such as `speed v [m/s]`.
-    pub label: String,
-    /// Drawn in this order, the last on top.
-    pub series: Vec<Series>,
-}
-
-/// One line of a panel.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Series {
-    /// Name in the legend; a name that occurs in several panels with the same style is listed once.
-    pub name: String,
-    /// One value per time; NaN and infinities leave a gap in the line.
-    pub values: Vec<f64>,
-    /// How the line looks.
-    pub style: Style,
-}
-
-/// Role of a series, which decides colour and width. The colours remain distinct with every kind of colour blindness
-/// (Okabe and Ito), and by their lightness in grey print.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub enum Style {
-    /// Measured: nearly black.
-    Observed,
-    /// Simulated: orange.
-    Simulated,
-    /// A second simulation to compare with, such as one with an extension: blue.
-    Alternative,
-    /// Context, such as the speed of the car ahead: a thin grey line.
-    Context,
-}
 
 /// Why a plot cannot be drawn.
 #[derive(Debug, thiserror::Error)]
@@ -111,7 +78,8 @@ pub fn render(title: &str, t: &[f64], panels: &[Panel]) -> Result<String, SvgErr
 }
 
 impl Style {
-    /// Colour, and width \[px\].
+    /// Colour, and width \[px\]. The colours remain distinct with every kind of colour blindness (Okabe and Ito), and by their lightness in
+    /// grey print.
     fn line(self) -> (&'static str, f64) {
         match self {
             Style::Observed => (INK, 1.5),

@@ -1,7 +1,7 @@
 //! Extensions and laws of a plan: built-in ones by name, users' files.
 
 use super::super::merge::{calibration_columns, column_clash};
-use super::text::Reader;
+use super::text::{Reader, VARIANTS};
 use super::{Extend, PlanError};
 use crate::catalog::Variant;
 use crate::extension::Extension;
@@ -12,7 +12,6 @@ use serde::{Deserialize, Serialize};
 use std::path::Path;
 
 const EXTEND: &str = "calibration.extend";
-pub(super) const VARIANTS: &str = "calibration.variants";
 
 /// An extension as stored in the files of a study, which need no other file.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]

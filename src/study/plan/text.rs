@@ -1,6 +1,5 @@
 //! The TOML of a plan, and its checks.
 
-use super::extend::VARIANTS;
 use super::several::Several;
 use super::{CalibrationPlan, DataPlan, Extend, PLAN_VERSION, Plan, PlanError, PlatoonPlan};
 use super::{StoredExtension, Validation};
@@ -18,6 +17,9 @@ use std::fmt::Display;
 use std::path::{Path, PathBuf};
 use std::str::FromStr;
 use strum::VariantNames;
+
+/// The key of the variants.
+pub(super) const VARIANTS: &str = "calibration.variants";
 
 /// Goodness-of-fit functions of the paper (Section 4.1), for suggestions.
 const GOFS: [&str; 6] = ["nrmse-sva", "nrmse-sv", "rmse-s", "rmse-v", "u-sv", "u-sva"];

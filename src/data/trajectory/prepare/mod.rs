@@ -11,7 +11,8 @@ mod time;
 
 pub use stretch::Stretch;
 
-pub(super) use time::{GRID_TOLERANCE_S, STEP_MAX_S, median_step, nominal_step, stretches};
+pub(super) use samples::GRID_TOLERANCE_S;
+pub(super) use time::{STEP_MAX_S, median_step, nominal_step, stretches};
 
 use super::soundness::{self, Finding, Link};
 use super::{Grade, Note, Platoon, PrepareError, Recording, Trajectory};
@@ -286,7 +287,7 @@ fn one(context: &Context) -> Result<Vec<Trajectory>, PrepareError> {
             Note::DriverMode { t_s, .. } => Some(*t_s),
             _ => None,
         };
-        let (first, last) = (t[0] + time::GRID_TOLERANCE_S, t[t.len() - 1]);
+        let (first, last) = (t[0] + GRID_TOLERANCE_S, t[t.len() - 1]);
         let driving = notes.iter().filter_map(begins).filter(|t_s| *t_s <= first).fold(f64::NEG_INFINITY, f64::max);
         notes.retain(|note| begins(note).is_none_or(|t_s| (driving..=last).contains(&t_s)));
         let label = context.label(index + 1, count);

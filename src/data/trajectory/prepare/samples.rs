@@ -3,6 +3,9 @@
 use super::Context;
 use crate::trajectory::{Car, Note, Platoon, PrepareError};
 
+/// Times may lie this far off the uniform grid \[s\]: files write 6 decimals, or sums of 0.1 with rounding errors.
+pub(in crate::trajectory) const GRID_TOLERANCE_S: f64 = 1e-6;
+
 /// A signal of a pair, by its name in notes.
 #[derive(Debug, Clone, Copy, PartialEq, strum::IntoStaticStr)]
 #[strum(const_into_str, serialize_all = "snake_case")]
@@ -114,8 +117,8 @@ impl Samples {
         if from.is_none() && to.is_none() {
             return Ok(());
         }
-        let from = from.unwrap_or(first) - super::time::GRID_TOLERANCE_S;
-        let to = to.unwrap_or(last) + super::time::GRID_TOLERANCE_S;
+        let from = from.unwrap_or(first) - GRID_TOLERANCE_S;
+        let to = to.unwrap_or(last) + GRID_TOLERANCE_S;
         let start = self.t.partition_point(|&t| t < from);
         let end = self.t.partition_point(|&t| t <= to);
         if start >= end {

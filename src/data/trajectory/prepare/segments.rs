@@ -1,8 +1,9 @@
 //! Missing values: short gaps are interpolated, long ones split the data.
 
 use super::Context;
+use super::samples::GRID_TOLERANCE_S;
 use super::samples::{Samples, Signal};
-use super::time::{Blocks, GRID_TOLERANCE_S};
+use super::time::Blocks;
 use crate::trajectory::error::problem::{DAYS_STEP_S, HOURS_STEP_S};
 use crate::trajectory::steps::runs;
 use crate::trajectory::{Note, PrepareError};

@@ -1,13 +1,11 @@
 //! The time axis: its step, missing rows, and resampling.
 
 use super::Context;
-use super::samples::Samples;
+use super::samples::{GRID_TOLERANCE_S, Samples};
 use crate::statistics::upper_median;
 use crate::trajectory::{Note, PrepareError};
 use std::ops::Range;
 
-/// Times may lie this far off the uniform grid \[s\]: files write 6 decimals, or sums of 0.1 with rounding errors.
-pub(in crate::trajectory) const GRID_TOLERANCE_S: f64 = 1e-6;
 /// A longer time step means a wrong unit \[s\].
 pub(in crate::trajectory) const STEP_MAX_S: f64 = 5.0;
 /// Longest step of a simulation \[s\]: with a longer one a model has other parameters than the driver. Of drives recorded at 1 Hz, four in

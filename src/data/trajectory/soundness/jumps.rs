@@ -2,9 +2,8 @@
 
 use super::finding::{Finding, FindingKind, Remedy, Who, interval};
 use super::held::merge;
-use super::level::rates;
 use super::limits::LIMITS;
-use super::link::{Link, Signal};
+use super::link::{Link, Signal, rates};
 use crate::statistics::{robust_scale, upper_median};
 use std::ops::Range;
 

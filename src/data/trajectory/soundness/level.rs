@@ -4,7 +4,7 @@
 //! likelihood, and the errors of β are those of Newey and West, because real noise differs from the model.
 
 use super::jumps::Jump;
-use super::link::Link;
+use super::link::{Link, rates};
 use crate::statistics::rms;
 use crate::trajectory::steps::runs;
 use nalgebra::{DMatrix, DVector};
@@ -47,18 +47,7 @@ impl Usable {
     }
 }
 
-/// Gap rate minus speed difference, averaged over a second \[m/s\], with the first sample of that second; NaN if a value is missing.
-pub(super) fn rates<'a>(link: &'a Link, stretches: &'a [Range<usize>]) -> impl Iterator<Item = (usize, f64)> + 'a {
-    let d: Vec<f64> = (1..link.len()).map(|i| link.step(i - 1, i)).collect();
-    let width = link.samples(1.0);
-    stretches.iter().flat_map(move |r| {
-        let sum = |i: usize| d[i..i + width].iter().sum::<f64>() / (width as f64 * link.dt);
-        let rates: Vec<(usize, f64)> = (r.start..r.end.saturating_sub(width)).map(|i| (i, sum(i))).collect();
-        rates
-    })
-}
-
-/// The root mean square of these \[m/s\].
+/// The root mean square of [`rates`] \[m/s\].
 pub(super) fn rate_rms(link: &Link, stretches: &[Range<usize>]) -> Option<f64> {
     rms(rates(link, stretches).map(|(_, rate)| rate))
 }

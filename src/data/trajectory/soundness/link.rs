@@ -3,6 +3,7 @@
 use super::finding::Who;
 use crate::trajectory::prepare::{GRID_TOLERANCE_S, median_step, nominal_step, stretches};
 use crate::trajectory::{Layout, Platoon, Recording, factor};
+use std::ops::Range;
 
 /// Smallest speed of both cars at which gap and speeds are compared \[m/s\]: a speed sensor that gives magnitudes is biased at rest.
 pub(super) const DRIVING: f64 = 0.5;
@@ -165,6 +166,17 @@ impl Link {
             },
         ]
     }
+}
+
+/// Gap rate minus speed difference, averaged over a second \[m/s\], with the first sample of that second; NaN if a value is missing.
+pub(super) fn rates<'a>(link: &'a Link, stretches: &'a [Range<usize>]) -> impl Iterator<Item = (usize, f64)> + 'a {
+    let d: Vec<f64> = (1..link.len()).map(|i| link.step(i - 1, i)).collect();
+    let width = link.samples(1.0);
+    stretches.iter().flat_map(move |r| {
+        let sum = |i: usize| d[i..i + width].iter().sum::<f64>() / (width as f64 * link.dt);
+        let rates: Vec<(usize, f64)> = (r.start..r.end.saturating_sub(width)).map(|i| (i, sum(i))).collect();
+        rates
+    })
 }
 
 /// Name of the column with the gap ahead of a car.

@@ -2,9 +2,8 @@
 
 use crate::diagnose::drive::Drive;
 use crate::diagnose::outcome::Adopted;
-use crate::evaluator::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score};
+use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Job, Outcome, Population, Score};
 use crate::lanes::Lanes;
-use crate::score::GoodnessOfFit;
 use crate::symbols::Symbol;
 
 /// Parameters of the events that a drive lacks, with the values at which they do nothing.
@@ -49,21 +48,7 @@ fn with<'a>(jobs: &[Job<'_>], here: &'a [Population]) -> Vec<Job<'a>> {
 }
 
 impl Evaluator for EventMask {
-    fn cases(&self) -> &[Case] {
-        self.lanes.cases()
-    }
-
-    fn gof(&self) -> &GoodnessOfFit {
-        self.lanes.gof()
-    }
-
-    fn name(&self) -> &'static str {
-        self.lanes.name()
-    }
-
-    fn precision(&self) -> &'static str {
-        self.lanes.precision()
-    }
+    leadlag_models::forward_evaluator!(lanes: cases, gof, name, precision);
 
     fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
         let here: Vec<Population> = jobs.iter().map(|job| self.here(job)).collect();

@@ -1,16 +1,33 @@
 //! Free simulations of a drive by the lanes in f64, extensions included.
 
 use super::event_mask::absent;
-use super::gain::GainError;
-use crate::calibrate::Overrides;
+use crate::calibrate::{CalibrateError, Overrides};
 use crate::catalog::Variant;
 use crate::diagnose::drive::Drive;
 use crate::diagnose::outcome::Adopted;
-use crate::evaluator::{Case, Evaluator};
+use crate::diagnose::question::DiagnoseError;
+use crate::evaluator::{Case, CaseError, EvaluateError, Evaluator};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 use serde::{Deserialize, Serialize};
+
+/// A gain that cannot be measured.
+#[derive(Debug, thiserror::Error)]
+pub enum GainError {
+    /// A case of the variant is invalid.
+    #[error(transparent)]
+    Case(#[from] CaseError),
+    /// The bounds or the drives are invalid.
+    #[error(transparent)]
+    Model(#[from] DiagnoseError),
+    /// The calibration failed.
+    #[error(transparent)]
+    Calibrate(#[from] CalibrateError),
+    /// The simulation failed.
+    #[error(transparent)]
+    Evaluate(#[from] EvaluateError),
+}
 
 /// The parameters on a drive: events of other recordings do nothing.
 fn happening(parameters: &Parameters, adopted: &[Adopted], drive: &Drive) -> Parameters {

@@ -356,18 +356,19 @@ pub fn drives_apart(trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> Resul
 mod tests {
     use super::*;
     use crate::diagnose::likelihood::model::Model;
-    use crate::plant;
+    use crate::synthetic;
     use crate::trajectory::{Preparation, import, prepare};
     use crate::wgsl::extension_named;
 
     fn trajectory() -> Trajectory {
-        driven(200.0, plant::Noise { speed_mps: 0.02, gap_m: 0.02 })
+        driven(200.0, synthetic::Noise { speed_mps: 0.02, gap_m: 0.02 })
     }
 
-    fn driven(seconds: f64, noise: plant::Noise) -> Trajectory {
-        let drive = plant::run(&plant::Scenario { duration_s: seconds, noise, ..plant::Scenario::default() });
+    fn driven(seconds: f64, noise: synthetic::Noise) -> Trajectory {
+        let drive =
+            synthetic::run(&synthetic::Scenario { duration_s: seconds, noise, ..synthetic::Scenario::default() });
         let mut file = Vec::new();
-        plant::write_pair(&drive.expect("drives"), 1, &mut file).expect("memory");
+        synthetic::write_pair(&drive.expect("drives"), 1, &mut file).expect("memory");
         let recording = import::read_bytes(&file, "made_up.csv", None).expect("a pair file");
         prepare(&recording, 1, &Preparation::default()).expect("complete").remove(0)
     }
@@ -435,7 +436,7 @@ mod tests {
 
     #[test]
     fn what_is_too_short_to_be_parted_says_what_would_be_long_enough() {
-        let noise = plant::Scenario::default().noise;
+        let noise = synthetic::Scenario::default().noise;
         assert!(drives_apart(&driven(91.0, noise), None).is_ok());
         let said = drives_apart(&driven(70.0, noise), None).expect_err("too short").to_string();
         for part in ["70.1 s", "the last third (23.4 s) is held back", "90 s in all", "--holdout OTHER.csv"] {

@@ -118,7 +118,7 @@ fn repeats(sin: &[f64], variance: f64) -> Option<usize> {
 #[cfg(test)]
 mod tests {
     use super::*;
-    use crate::plant;
+    use crate::synthetic;
     use crate::trajectory::{Preparation, import, prepare};
 
     /// Three laps of the authors' 5757.9 m, 1151.58 points: after two laps the points are closer to each other than after one.
@@ -139,9 +139,10 @@ mod tests {
     }
 
     fn drive(road_seed: u64) -> Drive {
-        let scenario = plant::Scenario { duration_s: 300.0, road_seed: Some(road_seed), ..plant::Scenario::default() };
+        let scenario =
+            synthetic::Scenario { duration_s: 300.0, road_seed: Some(road_seed), ..synthetic::Scenario::default() };
         let mut file = Vec::new();
-        plant::write_pair(&plant::run(&scenario).expect("drives"), 1, &mut file).expect("memory");
+        synthetic::write_pair(&synthetic::run(&scenario).expect("drives"), 1, &mut file).expect("memory");
         let recording = import::read_bytes(&file, "made_up.csv", None).expect("a pair file");
         let trajectory = prepare(&recording, 1, &Preparation::default()).expect("complete").remove(0);
         Drive::of(&trajectory, None).expect("no jump").0.remove(0)

@@ -1,12 +1,12 @@
 //! Decides whether a cause counts as found: checks in this order, up to the first that fails.
 
+pub mod decision;
 pub mod evidence;
-pub mod fate;
 pub mod holdout;
 pub mod oracle;
 
+use self::decision::{Rejection, Size};
 use self::evidence::Evidence;
-use self::fate::{Objection, Size};
 use self::holdout::transfers;
 use super::policy::POLICY;
 use super::question::DiagnoseError;
@@ -29,7 +29,7 @@ pub struct Judgement<'a> {
     /// All checks in this order; only the last one may have failed.
     pub checks: Vec<Check>,
     /// The objection, if a check failed.
-    pub objection: Option<Objection>,
+    pub objection: Option<Rejection>,
     models: [&'a FittedModel; 2],
 }
 
@@ -47,10 +47,10 @@ impl<'a> Judgement<'a> {
         let (counts, [first, second], local) = (evidence.counts(), evidence.folds, evidence.local);
         let mut judgement =
             Judgement { cause, evidence, checks: Vec::new(), objection: None, models: [with.0, without.0] };
-        judgement.ask(Check::above("evidence", counts, need), || Objection::Weak { evidence: counts, need });
+        judgement.ask(Check::above("evidence", counts, need), || Rejection::Weak { evidence: counts, need });
         // A cause that acts in one stretch only may lie in one fold.
         if local.is_none() {
-            judgement.ask(Check::above("evidence of the weaker fold", first.min(second), 0.0), || Objection::OneFold);
+            judgement.ask(Check::above("evidence of the weaker fold", first.min(second), 0.0), || Rejection::OneFold);
         }
         judgement.ask_sizes(with.0);
         judgement.ask_identifiability(with.0);
@@ -63,7 +63,7 @@ impl<'a> Judgement<'a> {
         self.objection.is_none()
     }
 
-    fn ask(&mut self, check: Check, objection: impl FnOnce() -> Objection) {
+    fn ask(&mut self, check: Check, objection: impl FnOnce() -> Rejection) {
         if self.passes() {
             self.objection = (!check.met).then(objection);
             self.checks.push(check);
@@ -84,14 +84,14 @@ impl<'a> Judgement<'a> {
         let positive = self.cause.cause.as_ref().is_some_and(|traits| traits.positive);
         for k in sizes {
             if positive {
-                self.ask(Check::at_least(symbol(k).name(), value(k), 0.0), || Objection::WrongSign(size(k)));
+                self.ask(Check::at_least(symbol(k).name(), value(k), 0.0), || Rejection::WrongSign(size(k)));
             }
             let axis = model.model.axes[k];
             // One of several sizes may be zero.
             if !axis.is_fixed() && (all_idle || !idle(k)) {
                 let name = format!("share of the range between {} and its bounds", symbol(k).name());
                 let check = Check::at_least(&name, axis.from_bound(value(k)), POLICY.same);
-                self.ask(check, || Objection::OnBound(size(k)));
+                self.ask(check, || Rejection::OnBound(size(k)));
             }
         }
     }
@@ -101,7 +101,7 @@ impl<'a> Judgement<'a> {
         if self.passes() && self.cause.family() == ABSORBED {
             let (share, by) = identifiability(model, self.cause);
             let name = "share of its effect that other parameters cannot absorb";
-            self.ask(Check::at_least(name, share, POLICY.absorbed), || Objection::Absorbed { by });
+            self.ask(Check::at_least(name, share, POLICY.absorbed), || Rejection::Absorbed { by });
         }
     }
 
@@ -119,7 +119,7 @@ impl<'a> Judgement<'a> {
         let (share, changed) = transfers(setting, with, self.cause, without, alone)?;
         if changed >= POLICY.shown {
             let name = "share of the bootstraps of the hold-out in which it gains";
-            self.ask(Check::at_least(name, share, POLICY.transfers), || Objection::NoTransfer { share });
+            self.ask(Check::at_least(name, share, POLICY.transfers), || Rejection::NoTransfer { share });
         }
         Ok(())
     }

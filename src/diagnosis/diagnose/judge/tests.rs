@@ -10,7 +10,7 @@ fn held(folds: [f64; 2]) -> CrossValidated {
 }
 
 /// Checks of a cause that gains 900 nats on all data and `folds` in each fold, where 20 are needed.
-fn judged(name: &str, sizes: &[f64], folds: [f64; 2]) -> (Vec<Check>, Option<Objection>) {
+fn judged(name: &str, sizes: &[f64], folds: [f64; 2]) -> (Vec<Check>, Option<Rejection>) {
     let drives = [made_up::drive("made_up.csv", 0.0)];
     let bounds = Overrides::new();
     let question = made_up::question(&drives, &[], &bounds);
@@ -28,11 +28,11 @@ fn judged(name: &str, sizes: &[f64], folds: [f64; 2]) -> (Vec<Check>, Option<Obj
 #[test]
 fn a_limit_that_limits_nothing_is_no_name() {
     let objection = |name: &str, sizes: &[f64]| judged(name, sizes, [400.0; 2]).1;
-    assert!(matches!(objection("accel_cap", &[4.0]), Some(Objection::OnBound(_))));
+    assert!(matches!(objection("accel_cap", &[4.0]), Some(Rejection::OnBound(_))));
     assert_eq!(objection("accel_cap", &[1.3]), None);
     // One of two lags may be zero.
     assert_eq!(objection("asym_lag", &[0.4, 0.0]), None);
-    assert!(matches!(objection("asym_lag", &[0.0, 0.0]), Some(Objection::OnBound(_))));
+    assert!(matches!(objection("asym_lag", &[0.0, 0.0]), Some(Rejection::OnBound(_))));
 }
 
 /// Both folds have to gain, whatever the sum. The list ends with the first check that fails.
@@ -46,8 +46,8 @@ fn a_fold_that_loses_objects() {
         [Check::above("evidence", 42.0, 20.0), Check::above("evidence of the weaker fold", 12.0, 0.0)]
     );
     let (checks, objection) = asked([60.0, -2.0]);
-    assert_eq!((checks.len(), objection), (2, Some(Objection::OneFold)));
-    let weak = Objection::Weak { evidence: 18.0, need: 20.0 };
+    assert_eq!((checks.len(), objection), (2, Some(Rejection::OneFold)));
+    let weak = Rejection::Weak { evidence: 18.0, need: 20.0 };
     assert_eq!(asked([12.0, 6.0]), (vec![Check::above("evidence", 18.0, 20.0)], Some(weak)));
 }
 

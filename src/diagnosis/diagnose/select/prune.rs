@@ -3,7 +3,7 @@
 use super::adopt::State;
 use crate::catalog::Variant;
 use crate::diagnose::judge::Judgement;
-use crate::diagnose::judge::fate::Fate;
+use crate::diagnose::judge::decision::Decision;
 use crate::diagnose::likelihood::fit::{Plan, Point};
 use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::question::DiagnoseError;
@@ -43,7 +43,7 @@ impl State {
             self.evidence.remove(place);
             self.rivals.retain(|rival| rival.of != cause);
             for row in self.ladder.iter_mut().filter(|row| row.fate.is_adopted() && row.name == cause.name) {
-                row.fate = Fate::Dropped(objection.clone());
+                row.fate = Decision::Dropped(objection.clone());
             }
             self.stopped.push((cause, evidence, need, objection));
             // The removal changes the evidence of all others.

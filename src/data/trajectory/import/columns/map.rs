@@ -2,68 +2,12 @@
 
 use super::error::MapError;
 use super::role::Role;
-use super::text::{Entry, Fixed, Headerless, Named, Names, Text};
+use super::text::{Decimal, Direction, Entry, Fixed, Headerless, Named, Names, PositionAt, Rows, Separator, Text};
 use super::unit::Form;
 use crate::trajectory::Preparation;
 use crate::trajectory::grade::LAPS_M;
 use crate::trajectory::import::header::nearest;
-use serde::Deserialize;
 use strum::VariantArray;
-
-/// Meaning of a row of the table.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, strum::IntoStaticStr)]
-#[strum(const_into_str, serialize_all = "snake_case")]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Rows {
-    /// One vehicle at one time.
-    Vehicles,
-    /// One time of a follower and the vehicle ahead of it.
-    Pairs,
-    /// One time of cars that drive one behind the other.
-    Platoon,
-}
-
-/// Separator of fields.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Separator {
-    Comma,
-    Semicolon,
-    Tab,
-    /// Any number of blanks and tabs.
-    Whitespace,
-}
-
-/// Decimal separator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Decimal {
-    Point,
-    Comma,
-}
-
-/// The end of the positions towards which a vehicle drives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum Direction {
-    Increasing,
-    Decreasing,
-    /// A vehicle with negative speeds drives towards lower positions.
-    BySpeed,
-    /// Speeds have no sign; a vehicle whose last position is the lower one drives towards lower positions.
-    ByPosition,
-}
-
-/// The point of a vehicle that its position refers to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
-#[serde(rename_all = "kebab-case")]
-pub(super) enum PositionAt {
-    Front,
-    Centre,
-    Rear,
-    /// The end with the lower position, whichever way the vehicle drives (the corner of a bounding box).
-    LowEnd,
-}
 
 /// One mapped column.
 #[derive(Debug, Clone, PartialEq)]

@@ -27,9 +27,9 @@ use super::lines::Lines;
 use super::problems::{Problems, Stop};
 use crate::text::bounded::TEXT_MAX;
 use crate::trajectory::{ChosenBy, ImportError, Layout, Note, Platoon, Recording, Source};
-use map::Separator;
 use std::io::Read;
 use std::path::Path;
+use text::{Rows, Separator};
 use wanted::Names;
 
 /// Name and text of the maps that users name.
@@ -105,18 +105,18 @@ pub fn read_mapped_from(input: impl Read, name: &str, map: &ColumnMap) -> Result
         companions: Vec::new(),
         grade: None,
         chosen_by: match map.rows {
-            map::Rows::Vehicles => ChosenBy::Vehicle,
-            map::Rows::Pairs => ChosenBy::Group,
-            map::Rows::Platoon => ChosenBy::Place,
+            Rows::Vehicles => ChosenBy::Vehicle,
+            Rows::Pairs => ChosenBy::Group,
+            Rows::Platoon => ChosenBy::Place,
         },
     })
 }
 
 fn platoons(table: &rows::Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
     match map.rows {
-        map::Rows::Vehicles => vehicles::platoons(table, map, problems),
-        map::Rows::Pairs => pairs::platoons(table, map, problems),
-        map::Rows::Platoon => platoon::platoons(table, map, problems),
+        Rows::Vehicles => vehicles::platoons(table, map, problems),
+        Rows::Pairs => pairs::platoons(table, map, problems),
+        Rows::Platoon => platoon::platoons(table, map, problems),
     }
 }
 

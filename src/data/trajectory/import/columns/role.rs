@@ -1,6 +1,6 @@
 //! Meaning of a column of a mapped table.
 
-use super::map::Rows;
+use super::text::Rows;
 use super::unit::Quantity;
 use crate::trajectory::error::ProblemKind;
 use crate::trajectory::import::number::{GRADE_LIMIT, POSITION_LIMIT, REVERSE_LIMIT, SPACING_LIMIT, SPEED_LIMIT};

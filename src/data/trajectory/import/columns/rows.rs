@@ -2,8 +2,9 @@
 
 use super::clock;
 use super::guess::Guess;
-use super::map::{ColumnMap, Decimal, Rows, Separator, whole};
+use super::map::{ColumnMap, whole};
 use super::role::Role;
+use super::text::{Decimal, Rows, Separator};
 use super::trajectory::{Row, Trajectories};
 use super::unit::{Form, Quantity};
 use super::wanted::{Wanted, wanted};

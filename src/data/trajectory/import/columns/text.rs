@@ -1,12 +1,66 @@
 //! The keys of a column map in TOML.
 
-use super::map::{Decimal, Direction, PositionAt, Rows, Separator};
 use serde::de::value::MapAccessDeserializer;
 use serde::de::{MapAccess, Visitor};
 use serde::{Deserialize, Deserializer};
 use std::collections::BTreeMap;
 use std::fmt;
 use toml::Spanned;
+
+/// Meaning of a row of the table.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize, strum::IntoStaticStr)]
+#[strum(const_into_str, serialize_all = "snake_case")]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Rows {
+    /// One vehicle at one time.
+    Vehicles,
+    /// One time of a follower and the vehicle ahead of it.
+    Pairs,
+    /// One time of cars that drive one behind the other.
+    Platoon,
+}
+
+/// Separator of fields.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Separator {
+    Comma,
+    Semicolon,
+    Tab,
+    /// Any number of blanks and tabs.
+    Whitespace,
+}
+
+/// Decimal separator.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Decimal {
+    Point,
+    Comma,
+}
+
+/// The end of the positions towards which a vehicle drives.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum Direction {
+    Increasing,
+    Decreasing,
+    /// A vehicle with negative speeds drives towards lower positions.
+    BySpeed,
+    /// Speeds have no sign; a vehicle whose last position is the lower one drives towards lower positions.
+    ByPosition,
+}
+
+/// The point of a vehicle that its position refers to.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[serde(rename_all = "kebab-case")]
+pub(super) enum PositionAt {
+    Front,
+    Centre,
+    Rear,
+    /// The end with the lower position, whichever way the vehicle drives (the corner of a bounding box).
+    LowEnd,
+}
 
 #[derive(Deserialize)]
 #[serde(deny_unknown_fields)]

@@ -1,8 +1,9 @@
 //! Which columns of a file a map reads.
 
-use super::map::{ColumnMap, Rows};
+use super::map::ColumnMap;
 use super::role::Role;
 use super::text::Fixed;
+use super::text::Rows;
 use super::unit::Form;
 use crate::trajectory::import::header::{Header, nearest};
 use crate::trajectory::import::problems::Problems;

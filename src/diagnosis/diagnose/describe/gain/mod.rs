@@ -2,15 +2,15 @@
 //! model are recalibrated on the same training data.
 
 use super::event_mask::{EventMask, absent};
-use super::free::{Free, free};
+use super::free::{Free, GainError, free};
 use crate::calibrate::{CalibrateError, Calibration, Overrides, Progress, SearchSpace, Stop, best, calibrate};
 use crate::diagnose::drive::Drive;
 use crate::diagnose::likelihood::model::Model;
 use crate::diagnose::likelihood::robust::block_length;
 use crate::diagnose::likelihood::streams;
 use crate::diagnose::outcome::{Adopted, Fitted};
-use crate::diagnose::question::{DiagnoseError, Effort, Question};
-use crate::evaluator::{Case, CaseError, EvaluateError, Evaluator, Population, Score};
+use crate::diagnose::question::{Effort, Question};
+use crate::evaluator::{Case, Evaluator, Population, Score};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::optimize::stream;
 use crate::score::GoodnessOfFit;
@@ -43,23 +43,6 @@ pub struct Gain {
     pub parameters: [std::collections::BTreeMap<String, f64>; 2],
     /// In one sentence.
     pub sentence: String,
-}
-
-/// A gain that cannot be measured.
-#[derive(Debug, thiserror::Error)]
-pub enum GainError {
-    /// A case of the variant is invalid.
-    #[error(transparent)]
-    Case(#[from] CaseError),
-    /// The bounds or the drives are invalid.
-    #[error(transparent)]
-    Model(#[from] DiagnoseError),
-    /// The calibration failed.
-    #[error(transparent)]
-    Calibrate(#[from] CalibrateError),
-    /// The simulation failed.
-    #[error(transparent)]
-    Evaluate(#[from] EvaluateError),
 }
 
 /// How a gain is measured.

@@ -3,8 +3,8 @@
 mod choice;
 
 use crate::diagnose::judge::ABSORBED;
+use crate::diagnose::judge::decision::{Decision, Rejection};
 use crate::diagnose::judge::evidence::{is_hopeful, need};
-use crate::diagnose::judge::fate::{Fate, Objection};
 use crate::diagnose::likelihood::fit::{Plan, Point};
 use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::outcome::{NotTestable, Tried};
@@ -51,7 +51,7 @@ pub struct State {
     /// All causes that were tried.
     pub ladder: Vec<Tried>,
     /// Causes that a check rejected in the last round or at the end, with their evidence and the threshold \[nats\].
-    pub stopped: Vec<(&'static Extension, f64, f64, Objection)>,
+    pub stopped: Vec<(&'static Extension, f64, f64, Rejection)>,
     /// Causes that the data cannot show.
     pub not_testable: Vec<NotTestable>,
     /// Causes that could not be tried on the base or in a later round.
@@ -260,7 +260,7 @@ impl State {
             if i == chosen {
                 self.current = candidate;
                 self.held = held.expect("an adopted cause was cross-fitted");
-            } else if matches!(rows[i].fate, Fate::AsLikely { .. }) {
+            } else if matches!(rows[i].fate, Decision::AsLikely { .. }) {
                 rivals.push(Rival { of, cause, candidate, evidence: rows[i].evidence, need: self.need });
             }
         }

@@ -9,23 +9,23 @@ fn nothing() -> CrossValidated {
     CrossValidated { folds: [Vec::new(), Vec::new()] }
 }
 
-pub(super) fn row(round: usize, name: &str, evidence: f64, fate: Fate) -> Tried {
+pub(super) fn row(round: usize, name: &str, evidence: f64, fate: Decision) -> Tried {
     let folds = [0.5 * evidence; 2];
     Tried { round, name: name.to_owned(), gain: evidence, evidence, folds, threshold: 20.0, checks: Vec::new(), fate }
 }
 
-fn as_likely_as(adopted: &str) -> Fate {
-    Fate::AsLikely { adopted: adopted.to_owned() }
+fn as_likely_as(adopted: &str) -> Decision {
+    Decision::AsLikely { adopted: adopted.to_owned() }
 }
 
 #[test]
 fn a_rival_of_one_round_is_none_of_the_next() {
     let drives = [made_up::drive("made_up.csv", 0.0)];
     let ladder = vec![
-        row(1, "accel_cap", 90.0, Fate::Adopted),
+        row(1, "accel_cap", 90.0, Decision::Adopted),
         row(1, "power_cap", 88.0, as_likely_as("accel_cap")),
-        row(2, "periodic", 60.0, Fate::Adopted),
-        row(2, "power_cap", f64::NAN, Fate::Screened),
+        row(2, "periodic", 60.0, Decision::Adopted),
+        row(2, "power_cap", f64::NAN, Decision::Screened),
         row(2, "dead_zone", 58.0, as_likely_as("periodic")),
     ];
     let mut search = search(candidate(&drives, &["accel_cap"]), ladder);
@@ -87,5 +87,5 @@ fn what_is_no_name_any_more_goes() {
     search.prune(&Context::new(&question, None), &SearchBudget::of(Effort::Quick)).expect("it runs");
     assert_eq!(search.current.causes, [cause("set_speed_change")]);
     let [(stopped, .., objection)] = &search.stopped[..] else { panic!("{:?}", search.stopped) };
-    assert!(*stopped == cause("accel_cap") && matches!(objection, Objection::OnBound(_)), "{objection}");
+    assert!(*stopped == cause("accel_cap") && matches!(objection, Rejection::OnBound(_)), "{objection}");
 }

@@ -3,10 +3,11 @@
 mod ahead;
 mod tracks;
 
-use super::map::{ColumnMap, Direction, PositionAt};
+use super::map::ColumnMap;
 use super::plausible::{self, Pair};
 use super::role::Role;
 use super::rows::Table;
+use super::text::{Direction, PositionAt};
 use super::vehicle_name;
 use crate::trajectory::error::ProblemKind;
 use crate::trajectory::import::problems::{Problems, Stop};

@@ -1,8 +1,9 @@
 //! Assigns rows to vehicles: a number that is absent for long, or elsewhere after a pause, is another vehicle.
 
-use super::super::map::{ColumnMap, Direction};
+use super::super::map::ColumnMap;
 use super::super::role::Role;
 use super::super::rows::{Repeated, Table};
+use super::super::text::Direction;
 use crate::trajectory::Note;
 use crate::trajectory::error::{Faults, Problem, ProblemKind};
 use crate::trajectory::import::median;

@@ -4,8 +4,8 @@ use super::super::BenchError;
 use super::plan::DiagnosisTask;
 use crate::diagnose::Drive;
 use crate::optimize::stream;
-use crate::plant::{
-    self, Base, CarTruth, Controller, Effect, EffectKind, Gusts, PlantError, Profile, Scenario, Synthetic,
+use crate::synthetic::{
+    self, Base, CarTruth, Controller, Effect, EffectKind, Gusts, Profile, Scenario, Synthetic, SyntheticError,
 };
 use crate::trajectory::{Preparation, import, prepare};
 use rand::RngExt;
@@ -24,7 +24,7 @@ pub struct Planted {
 }
 
 /// Sensor noise \[m/s, m\].
-const NOISE: plant::Noise = plant::Noise { speed_mps: 0.02, gap_m: 0.02 };
+const NOISE: synthetic::Noise = synthetic::Noise { speed_mps: 0.02, gap_m: 0.02 };
 /// Time constant of the gusts \[s\].
 const GUST_S: f64 = 2.0;
 /// Coloured noise: correlation from sample to sample, and size \[m/s, m\].
@@ -37,13 +37,13 @@ const DRIVES: u64 = 3;
 /// Generates the drives of a case.
 ///
 /// # Errors
-/// [`BenchError::Plant`] if no draw is drivable and has the requested change.
+/// [`BenchError::Synthetic`] if no draw is drivable and has the requested change.
 pub fn planted(task: &DiagnosisTask) -> Result<Planted, BenchError> {
     let mut last = None;
     for draw in 0..DRAWS {
         match drawn(task, draw) {
-            Err(BenchError::Plant(error @ (PlantError::Weak { .. } | PlantError::Collision { .. }))) => {
-                last = Some(BenchError::Plant(error));
+            Err(BenchError::Synthetic(error @ (SyntheticError::Weak { .. } | SyntheticError::Collision { .. }))) => {
+                last = Some(BenchError::Synthetic(error));
             }
             other => return other,
         }
@@ -54,11 +54,11 @@ pub fn planted(task: &DiagnosisTask) -> Result<Planted, BenchError> {
 fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
     let mut rng = stream(task.seed, draw, 0, 0);
     let base: Base = task.base.parse().expect("tasks name existing bases");
-    let mut car = plant::drawn(base, rng.random(), 2);
+    let mut car = synthetic::drawn(base, rng.random(), 2);
     if task.gusts_mps2 > 0.0 {
         car.gusts = Some(Gusts { sigma_mps2: task.gusts_mps2, time_constant_s: GUST_S });
     }
-    let ahead = plant::drawn(Base::LCth, rng.random(), 1);
+    let ahead = synthetic::drawn(Base::LCth, rng.random(), 1);
     let seeds: [u64; DRIVES as usize] = std::array::from_fn(|_| rng.random());
     let profiles: [Profile; DRIVES as usize] = std::array::from_fn(|_| match rng.random_range(0..4) {
         0 => Profile::StopAndGo,
@@ -97,11 +97,11 @@ fn drawn(task: &DiagnosisTask, draw: u64) -> Result<Planted, BenchError> {
             .collect();
     }
     if !car.effects.is_empty() {
-        car = plant::at_amplitude(&scenario(0, &car), 2, task.rms_mps)?.followers.swap_remove(1);
+        car = synthetic::at_amplitude(&scenario(0, &car), 2, task.rms_mps)?.followers.swap_remove(1);
     }
     let mut drives = Vec::new();
     for (k, seed) in seeds.iter().enumerate() {
-        let mut drive = plant::run(&scenario(k, &car))?;
+        let mut drive = synthetic::run(&scenario(k, &car))?;
         if task.kind == "coloured" {
             colour(&mut drive, *seed);
         }
@@ -131,7 +131,7 @@ fn colour(drive: &mut Synthetic, seed: u64) {
 /// The drive as users have it: a pair file, read again.
 fn measured(drive: &Synthetic, number: usize, without_grade: bool) -> Result<Drive, BenchError> {
     let mut file = Vec::new();
-    plant::write_pair(drive, 2, &mut file).expect("a Vec takes all, and there is a follower 2");
+    synthetic::write_pair(drive, 2, &mut file).expect("a Vec takes all, and there is a follower 2");
     let recording = import::read_bytes(&file, &format!("drive{}.csv", number + 1), None)?;
     let mut trajectory = prepare(&recording, 1, &Preparation::default())?.remove(0);
     if without_grade {

@@ -1,12 +1,11 @@
 //! A follower with all its effects: perceive, decide, limit, actuate, move.
 
-use super::car::{CarTruth, Controller, GRAVITY};
+use super::car::{CarTruth, Controller, GRAVITY, behind};
 use super::controller::Seen;
-use super::drive::{behind, lagged};
 use super::effect::{EffectKind, Effects};
-use super::error::PlantError;
+use super::error::SyntheticError;
 use super::history::History;
-use super::integrate::{Car, V, X};
+use super::integrate::{Car, V, X, lagged};
 use super::noise::Stream;
 use super::road::Hills;
 
@@ -55,11 +54,11 @@ impl<'a> Follower<'a> {
         hills: &'a Hills,
         stream: Stream,
         h: f64,
-    ) -> Result<Follower<'a>, PlantError> {
+    ) -> Result<Follower<'a>, SyntheticError> {
         let effects = Effects(&car.effects);
         let second_ahead = cars.len().checked_sub(2).map(|k| &cars[k]);
         if second_ahead.is_none() && effects.get(EffectKind::MultiAnticipation).is_some() {
-            return Err(PlantError::NobodyAhead { car: number });
+            return Err(SyntheticError::NobodyAhead { car: number });
         }
         Ok(Follower {
             car,
@@ -166,11 +165,11 @@ impl<'a> Follower<'a> {
 }
 
 impl Car<6> for Follower<'_> {
-    fn begin(&mut self, t: f64, state: &[f64; 6], own: &History) -> Result<(), PlantError> {
+    fn begin(&mut self, t: f64, state: &[f64; 6], own: &History) -> Result<(), SyntheticError> {
         let gap = self.ahead.at(t).0 - self.length_ahead - state[X];
         // Inconsistent parameters give NaN.
         if gap <= 0.0 || gap.is_nan() {
-            return Err(PlantError::Collision { car: self.number, t, gap });
+            return Err(SyntheticError::Collision { car: self.number, t, gap });
         }
         if let Some([jerk, ..]) = self.effects.get(EffectKind::JerkLimit) {
             let wanted = self.commanded(t, state, own).0;

@@ -4,7 +4,7 @@ use super::effect::EffectKind;
 
 /// A scenario that cannot be driven.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum PlantError {
+pub enum SyntheticError {
     /// A quantity outside its range.
     #[error("{what}: expected {expected}, found {found}")]
     OutOfRange {

@@ -1,14 +1,14 @@
 //! The effects of the synthetic truth act as described, with the requested strength.
 
-use leadlag::internal::plant::{
-    self, Base, Effect, EffectKind, Gusts, Noise, PlantError, Profile, Scenario, Synthetic,
+use leadlag::internal::synthetic::{
+    self, Base, Effect, EffectKind, Gusts, Noise, Profile, Scenario, Synthetic, SyntheticError,
 };
 use strum::VariantArray;
 
 fn scenario(base: Base, profile: Profile, duration_s: f64) -> Scenario {
     let mut scenario = Scenario { noise: Noise::NONE, profile, duration_s, ..Scenario::default() };
     scenario.followers.truncate(1);
-    scenario.followers[0] = plant::drawn(base, 1, 1);
+    scenario.followers[0] = synthetic::drawn(base, 1, 1);
     scenario
 }
 
@@ -16,7 +16,7 @@ fn with(scenario: &Scenario, effects: &[&str]) -> Synthetic {
     let mut scenario = scenario.clone();
     let car = scenario.followers.last_mut().expect("there is a follower");
     car.effects = effects.iter().map(|text| text.parse().expect("an effect")).collect();
-    plant::run(&scenario).unwrap_or_else(|e| panic!("{effects:?}: {e}"))
+    synthetic::run(&scenario).unwrap_or_else(|e| panic!("{effects:?}: {e}"))
 }
 
 fn rms(a: &[f64], b: &[f64]) -> f64 {
@@ -34,7 +34,7 @@ fn every_effect_changes_every_base() {
     for base in Base::VARIANTS.iter().copied() {
         let mut scenario = scenario(base, Profile::Restless, 150.0);
         // Two cars ahead, for the effect that reads the second one.
-        let first = plant::drawn(Base::LCth, 7, 2);
+        let first = synthetic::drawn(Base::LCth, 7, 2);
         scenario.followers.insert(0, first);
         let plain = with(&scenario, &[]);
         for kind in EffectKind::VARIANTS {
@@ -62,20 +62,20 @@ fn as_strong_as_asked_for() {
         (Base::Gipps, "aero_drag:cD=-1e-4"),
     ] {
         let mut asked = scenario(base, Profile::Restless, 120.0);
-        let plain = plant::run(&asked).expect("drives");
+        let plain = synthetic::run(&asked).expect("drives");
         asked.followers[0].effects = vec![name.parse().expect("an effect")];
         for wanted in [0.03, 0.10] {
-            let found = plant::at_amplitude(&asked, 1, wanted).unwrap_or_else(|e| panic!("{name}: {e}"));
+            let found = synthetic::at_amplitude(&asked, 1, wanted).unwrap_or_else(|e| panic!("{name}: {e}"));
             let effect = &found.followers[0].effects[0];
-            let size = rms(&plant::run(&found).expect("drives").v[1], &plain.v[1]);
+            let size = rms(&synthetic::run(&found).expect("drives").v[1], &plain.v[1]);
             assert!((size / wanted - 1.0).abs() < 0.02, "{name}: {size} m/s, wanted {wanted}, by {effect:?}");
             assert_eq!(effect.values()[0] < 0.0, name.contains("=-"), "the sign is kept: {effect:?}");
         }
     }
     let mut asked = scenario(Base::Idm, Profile::Cruise, 60.0);
     asked.followers[0].effects = vec![Effect::medium(EffectKind::QuantisedAccel)];
-    let error = plant::at_amplitude(&asked, 1, 50.0).expect_err("no car is changed by 50 m/s");
-    assert!(matches!(error, PlantError::Weak { car: 2, .. }), "{error}");
+    let error = synthetic::at_amplitude(&asked, 1, 50.0).expect_err("no car is changed by 50 m/s");
+    assert!(matches!(error, SyntheticError::Weak { car: 2, .. }), "{error}");
 }
 
 #[test]
@@ -83,7 +83,7 @@ fn delays_and_lags_are_those_of_the_base_models() {
     let plain = scenario(Base::LCth, Profile::Restless, 120.0);
     let mut slow = plain.clone();
     (slow.followers[0].tau_p, slow.followers[0].tau_a) = (0.25, 0.4);
-    let known = plant::run(&slow).expect("drives");
+    let known = synthetic::run(&slow).expect("drives");
     assert_eq!(with(&plain, &["perception_delay:tp=0.25", "actuation_lag:ta=0.4"]).x, known.x);
     assert_eq!(with(&plain, &["perception_delay:tp=0.25", "asym_lag:ta=0.4,tb=0.4"]).x, known.x);
     // With a lag only for braking it brakes later and harder.
@@ -95,9 +95,9 @@ fn what_is_absorbed_by_calibration() {
     // Under a constant headway a scaled spacing acts like other gains, and a bias like another standstill spacing.
     let scenario = scenario(Base::LCth, Profile::Restless, 120.0);
     let mut biased = scenario.clone();
-    let plant::Controller::Linear { d_0, .. } = &mut biased.followers[0].controller else { unreachable!("linear") };
+    let synthetic::Controller::Linear { d_0, .. } = &mut biased.followers[0].controller else { unreachable!("linear") };
     *d_0 -= 0.5;
-    let known = plant::run(&biased).expect("drives");
+    let known = synthetic::run(&biased).expect("drives");
     let found = with(&scenario, &["range_bias:b=0.5"]);
     assert!(rms(&found.v[1], &known.v[1]) < 1e-9);
 }
@@ -122,7 +122,7 @@ fn limits_hold() {
 
 /// Command of the linear law to the first follower at each sample, from its true spacing and speeds.
 fn commands(drive: &Synthetic) -> Vec<f64> {
-    let plant::Controller::Linear { v_0, t_h, d_0, k_s, k_v, k_0 } = drive.truth.scenario.followers[0].controller
+    let synthetic::Controller::Linear { v_0, t_h, d_0, k_s, k_v, k_0 } = drive.truth.scenario.followers[0].controller
     else {
         unreachable!("linear")
     };
@@ -180,14 +180,14 @@ fn events_begin_and_end() {
 #[test]
 fn who_sees_what_lies_ahead() {
     let scenario = scenario(Base::LCth, Profile::Restless, 100.0);
-    let error = plant::run(&Scenario {
-        followers: vec![plant::CarTruth {
+    let error = synthetic::run(&Scenario {
+        followers: vec![synthetic::CarTruth {
             effects: vec![Effect::medium(EffectKind::MultiAnticipation)],
             ..scenario.followers[0].clone()
         }],
         ..scenario.clone()
     });
-    assert_eq!(error.expect_err("one car ahead"), PlantError::NobodyAhead { car: 2 });
+    assert_eq!(error.expect_err("one car ahead"), SyntheticError::NobodyAhead { car: 2 });
     // The car ahead is seen earlier and followed more closely.
     let [early, now, late] = [&["time_offset:to=-0.5"][..], &[], &["time_offset:to=0.5"]].map(|e| with(&scenario, e));
     let apart = |drive: &Synthetic| rms(&drive.v[1], &drive.v[0]);
@@ -197,10 +197,10 @@ fn who_sees_what_lies_ahead() {
 #[test]
 fn gusts_have_the_size_and_the_time_asked_for() {
     let mut windy = scenario(Base::LCth, Profile::Cruise, 2000.0);
-    windy.road = plant::Road::Level;
+    windy.road = synthetic::Road::Level;
     windy.followers[0].gusts = Some(Gusts { sigma_mps2: 0.05, time_constant_s: 0.5 });
-    let gusty = plant::run(&windy).expect("drives");
-    assert_eq!(gusty.x, plant::run(&windy).expect("drives").x, "the same seed blows the same wind");
+    let gusty = synthetic::run(&windy).expect("drives");
+    assert_eq!(gusty.x, synthetic::run(&windy).expect("drives").x, "the same seed blows the same wind");
     let command = commands(&gusty);
     let moving = (0..gusty.t.len()).filter(|k| gusty.v[1][*k] > 5.0);
     let gust: Vec<f64> = moving.map(|k| gusty.a[1][k] - command[k]).collect();
@@ -218,12 +218,12 @@ fn a_recorded_leader_is_met_at_its_samples() {
     let v: Vec<f64> =
         (0..400).map(|i| 12.0 + 4.0 * (f64::from(i) / 30.0).sin() - 12.0 / (1.0 + f64::from(i))).collect();
     let recorded = scenario(Base::Idm, Profile::Recorded { dt: 0.1, v: v.clone() }, 39.9);
-    let drive = plant::run(&recorded).expect("drives");
+    let drive = synthetic::run(&recorded).expect("drives");
     assert_eq!(drive.t.len(), v.len());
     assert!(drive.v[0].iter().zip(&v).all(|(found, v)| (found - v).abs() < 1e-9));
     // The displacement is the integral of the speed.
     let way: f64 = v.windows(2).map(|w| 0.05 * (w[0] + w[1])).sum();
     assert!((drive.x[0][399] - way).abs() < 0.3, "{} m, {way} m by trapezoids", drive.x[0][399]);
     let truth = serde_json::to_string(&drive.truth).expect("finite");
-    assert_eq!(serde_json::from_str::<plant::Truth>(&truth).expect("as written"), drive.truth);
+    assert_eq!(serde_json::from_str::<synthetic::Truth>(&truth).expect("as written"), drive.truth);
 }

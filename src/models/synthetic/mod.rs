@@ -8,13 +8,13 @@
 //! nothing of this crate, so that a mistake in one does not hide in the other.
 //!
 //! ```
-//! use leadlag_models::plant;
+//! use leadlag_models::synthetic;
 //!
-//! let scenario = plant::Scenario { duration_s: 60.0, ..plant::Scenario::default() };
-//! let drive = plant::run(&scenario)?;
+//! let scenario = synthetic::Scenario { duration_s: 60.0, ..synthetic::Scenario::default() };
+//! let drive = synthetic::run(&scenario)?;
 //! assert_eq!((drive.v.len(), drive.gap.len(), drive.t.len()), (5, 4, 601));
 //! let mut csv = Vec::new();
-//! plant::write_openacc(&drive, &mut csv)?;
+//! synthetic::write_openacc(&drive, &mut csv)?;
 //! # Ok::<(), Box<dyn std::error::Error>>(())
 //! ```
 
@@ -39,10 +39,10 @@ pub use amplitude::at_amplitude;
 pub use car::{CarTruth, Controller, Gusts, Lead, RoadLoad};
 pub use default_cars::{Base, drawn};
 pub use effect::{Effect, EffectError, EffectKind, EffectParameter};
-pub use error::PlantError;
+pub use error::SyntheticError;
 pub use noise::Noise;
 pub use road::{GradeProfile, Road};
 pub use sample::{Synthetic, run};
-pub use scenario::{Profile, Scenario, Truth};
-pub use set_speed::Segment;
+pub use scenario::{Scenario, Truth};
+pub use set_speed::{Profile, Segment};
 pub use write::{write_openacc, write_pair, write_slope};

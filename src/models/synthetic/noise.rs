@@ -1,4 +1,4 @@
-//! Random numbers of the plant: one seed, one independent stream per purpose.
+//! Random numbers of synthetic drives: one seed, one independent stream per purpose.
 
 use rand::{Rng, SeedableRng};
 use rand_chacha::ChaCha8Rng;

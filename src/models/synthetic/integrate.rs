@@ -1,6 +1,6 @@
 //! Classical Runge-Kutta for one car behind others whose motion is known already.
 
-use super::error::PlantError;
+use super::error::SyntheticError;
 use super::history::{History, Motion};
 
 /// Places of position \[m\] and speed \[m/s\] in the state of every car; the rest is its own.
@@ -10,7 +10,7 @@ pub(super) const V: usize = 1;
 /// A car with N state variables.
 pub(super) trait Car<const N: usize> {
     /// Before a step from time t \[s\]: refuses to continue, or stores values that stay constant during the step.
-    fn begin(&mut self, t: f64, state: &[f64; N], own: &History) -> Result<(), PlantError>;
+    fn begin(&mut self, t: f64, state: &[f64; N], own: &History) -> Result<(), SyntheticError>;
 
     /// Derivatives at a time within the step.
     fn rate(&self, t: f64, state: &[f64; N], own: &History) -> [f64; N];
@@ -22,7 +22,7 @@ pub(super) fn drive<const N: usize>(
     start: [f64; N],
     h: f64,
     steps: usize,
-) -> Result<History, PlantError> {
+) -> Result<History, SyntheticError> {
     let mut state = start;
     let mut own = History::new(h, steps + 1);
     for step in 0..=steps {
@@ -57,4 +57,9 @@ pub(super) fn drive<const N: usize>(
 
 fn plus<const N: usize>(state: &[f64; N], rate: &[f64; N], h: f64) -> [f64; N] {
     std::array::from_fn(|i| state[i] + h * rate[i])
+}
+
+/// Eq. 10: tractive acceleration and its rate; without lag the command acts at once.
+pub(super) fn lagged(a_t: f64, command: f64, tau_a: f64) -> (f64, f64) {
+    if tau_a > 0.0 { (a_t, (command - a_t) / tau_a) } else { (command, 0.0) }
 }

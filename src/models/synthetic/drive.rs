@@ -1,14 +1,14 @@
 //! The platoon in continuous time, one car after the other: none depends on those behind it.
 
-use super::car::{CarTruth, GRAVITY, Lead};
-use super::error::PlantError;
+use super::car::{GRAVITY, Lead};
+use super::error::SyntheticError;
 use super::follower::Follower;
 use super::history::History;
-use super::integrate::{Car, V, X, drive};
+use super::integrate::{Car, V, X, drive, lagged};
 use super::noise::{Purpose, Stream};
 use super::road::Hills;
-use super::scenario::{Profile, Scenario};
-use super::set_speed::SetSpeed;
+use super::scenario::Scenario;
+use super::set_speed::{Profile, SetSpeed};
 
 /// Brake of the platoon leader at set speed 0 \[m/s²\]: it stops and stays at rest, even downhill.
 const HOLD: f64 = -0.6;
@@ -25,7 +25,7 @@ pub(super) fn platoon(
     set_speed: &SetSpeed,
     h: f64,
     steps: usize,
-) -> Result<Vec<History>, PlantError> {
+) -> Result<Vec<History>, SyntheticError> {
     let margin = (MARGIN / h).ceil() as usize;
     let followers = &scenario.followers;
     let steps_of = |car: usize| steps + margin * (followers.len() - car);
@@ -49,7 +49,7 @@ pub(super) fn follow(
     hills: &Hills,
     h: f64,
     steps: usize,
-) -> Result<History, PlantError> {
+) -> Result<History, SyntheticError> {
     let length = match follower {
         1 => scenario.lead.length,
         _ => scenario.followers[follower - 2].length,
@@ -69,7 +69,7 @@ struct Cruising<'a> {
 }
 
 impl Car<3> for Cruising<'_> {
-    fn begin(&mut self, _: f64, _: &[f64; 3], _: &History) -> Result<(), PlantError> {
+    fn begin(&mut self, _: f64, _: &[f64; 3], _: &History) -> Result<(), SyntheticError> {
         Ok(())
     }
 
@@ -80,14 +80,4 @@ impl Car<3> for Cruising<'_> {
         let (a_t, a_t_rate) = lagged(state[2], command, self.lead.tau_a);
         [state[V].max(0.0), a_t - GRAVITY * self.hills.sin_grade(state[X]), a_t_rate]
     }
-}
-
-/// Eq. 10: tractive acceleration and its rate; without lag the command acts at once.
-pub(super) fn lagged(a_t: f64, command: f64, tau_a: f64) -> (f64, f64) {
-    if tau_a > 0.0 { (a_t, (command - a_t) / tau_a) } else { (command, 0.0) }
-}
-
-/// Position at the start, at rest behind a car whose rear bumper is at `rear` \[m\].
-pub(super) fn behind(car: &CarTruth, rear: f64) -> f64 {
-    rear - car.initial_gap
 }

@@ -1,10 +1,10 @@
-//! The fate of a cause that was tried, and the objection to it.
+//! The decision on a cause that was tried, and the reason for a rejection.
 
 use std::fmt;
 
 /// Why a cause that gains is not named. `Display` follows "it is not the cause: ".
 #[derive(Debug, Clone, PartialEq)]
-pub enum Objection {
+pub enum Rejection {
     /// Its evidence does not exceed the threshold \[nats\].
     Weak {
         /// Its evidence.
@@ -47,24 +47,24 @@ impl fmt::Display for Size {
     }
 }
 
-impl fmt::Display for Objection {
+impl fmt::Display for Rejection {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Objection::Weak { evidence, need } => write!(f, "{evidence:.1} nats, {need:.1} needed"),
-            Objection::OneFold => f.write_str("it loses on one of the two folds"),
-            Objection::WrongSign(size) => write!(f, "{size} has the wrong sign"),
-            Objection::OnBound(size) => write!(f, "{size} lies on its bound"),
-            Objection::Absorbed { by } => write!(f, "a calibration absorbs it in {}", by.join(", ")),
-            Objection::NoTransfer { share } => {
+            Rejection::Weak { evidence, need } => write!(f, "{evidence:.1} nats, {need:.1} needed"),
+            Rejection::OneFold => f.write_str("it loses on one of the two folds"),
+            Rejection::WrongSign(size) => write!(f, "{size} has the wrong sign"),
+            Rejection::OnBound(size) => write!(f, "{size} lies on its bound"),
+            Rejection::Absorbed { by } => write!(f, "a calibration absorbs it in {}", by.join(", ")),
+            Rejection::NoTransfer { share } => {
                 write!(f, "it gains in only {:.0} % of the bootstraps of the hold-out", 100.0 * share)
             }
         }
     }
 }
 
-/// The fate of a cause in a round. `Display` is the text in a diagnosis.
+/// The decision on a cause in a round. `Display` is the text in a diagnosis.
 #[derive(Debug, Clone, PartialEq)]
-pub enum Fate {
+pub enum Decision {
     /// It gains too little to be cross-fitted.
     Screened,
     /// It gains enough, but other causes filled the list of those to cross-fit.
@@ -73,7 +73,7 @@ pub enum Fate {
         listed: usize,
     },
     /// A check rejected it.
-    Stopped(Objection),
+    Stopped(Rejection),
     /// The adopted one is likelier.
     LessLikely,
     /// A cause that a calibration absorbs is likelier.
@@ -94,34 +94,34 @@ pub enum Fate {
     /// It became part of the model.
     Adopted,
     /// It was adopted, and dropped for this reason beside a later one.
-    Dropped(Objection),
+    Dropped(Rejection),
 }
 
-impl Fate {
-    /// The fate of a cause that is not cross-fitted; `hopeful` if it gains enough, `listed` is the number of causes that are.
-    pub(crate) fn unjudged(hopeful: bool, listed: usize) -> Fate {
-        if hopeful { Fate::NotListed { listed } } else { Fate::Screened }
+impl Decision {
+    /// The decision on a cause that is not cross-fitted; `hopeful` if it gains enough, `listed` is the number of causes that are.
+    pub(crate) fn unjudged(hopeful: bool, listed: usize) -> Decision {
+        if hopeful { Decision::NotListed { listed } } else { Decision::Screened }
     }
 
     /// True while it is part of the model.
     #[must_use]
     pub fn is_adopted(&self) -> bool {
-        matches!(self, Fate::Adopted)
+        matches!(self, Decision::Adopted)
     }
 }
 
-impl fmt::Display for Fate {
+impl fmt::Display for Decision {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
-            Fate::Screened => f.write_str("gains too little on all training data"),
-            Fate::NotListed { listed } => write!(f, "not judged: {listed} others gain more on all training data"),
-            Fate::Stopped(objection) => objection.fmt(f),
-            Fate::LessLikely => f.write_str("less likely than the adopted one"),
-            Fate::LessLikelyThanAbsorbed { other } => write!(f, "less likely than {other}, which is absorbed"),
-            Fate::AsLikely { adopted } => write!(f, "as likely as {adopted}, within the margin"),
-            Fate::NoBetter { adopted } => write!(f, "no likelier than {adopted}, which has fewer parameters"),
-            Fate::Adopted => f.write_str("adopted"),
-            Fate::Dropped(objection) => write!(f, "dropped later: {objection}"),
+            Decision::Screened => f.write_str("gains too little on all training data"),
+            Decision::NotListed { listed } => write!(f, "not judged: {listed} others gain more on all training data"),
+            Decision::Stopped(objection) => objection.fmt(f),
+            Decision::LessLikely => f.write_str("less likely than the adopted one"),
+            Decision::LessLikelyThanAbsorbed { other } => write!(f, "less likely than {other}, which is absorbed"),
+            Decision::AsLikely { adopted } => write!(f, "as likely as {adopted}, within the margin"),
+            Decision::NoBetter { adopted } => write!(f, "no likelier than {adopted}, which has fewer parameters"),
+            Decision::Adopted => f.write_str("adopted"),
+            Decision::Dropped(objection) => write!(f, "dropped later: {objection}"),
         }
     }
 }
@@ -132,7 +132,7 @@ mod tests {
 
     #[test]
     fn the_short_list_is_not_said_to_be_a_small_gain() {
-        let said = |hopeful: bool| Fate::unjudged(hopeful, 5).to_string();
+        let said = |hopeful: bool| Decision::unjudged(hopeful, 5).to_string();
         assert_eq!(said(true), "not judged: 5 others gain more on all training data");
         assert_eq!(said(false), "gains too little on all training data");
     }

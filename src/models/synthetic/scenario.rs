@@ -5,10 +5,10 @@ use serde::{Deserialize, Serialize};
 use super::car::{CarTruth, Lead};
 use super::default_cars;
 use super::effect::{EffectKind, Effects};
-use super::error::PlantError;
+use super::error::SyntheticError;
 use super::noise::Noise;
 use super::road::Road;
-use super::set_speed::Segment;
+use super::set_speed::{Profile, Segment};
 
 /// A synthetic drive.
 ///
@@ -66,28 +66,6 @@ impl Default for Scenario {
     }
 }
 
-/// How the platoon leader drives.
-#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
-#[serde(rename_all = "snake_case", tag = "kind")]
-pub enum Profile {
-    /// A new set speed every 15 to 45 s, and one stop.
-    #[default]
-    Cruise,
-    /// A congested road: stops, and never fast.
-    StopAndGo,
-    /// A new set speed every few seconds, from slow to fast.
-    Restless,
-    /// A recorded speed.
-    Recorded {
-        /// Time step of the record \[s\].
-        #[serde(rename = "dt_s")]
-        dt: f64,
-        /// Speeds \[m/s\]; the last one continues.
-        #[serde(rename = "speed_mps")]
-        v: Vec<f64>,
-    },
-}
-
 /// The truth of a synthetic drive, which a calibration should find.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Truth {
@@ -110,7 +88,7 @@ impl Scenario {
     }
 
     /// Refuses impossible scenarios; only the simulation shows whether the controllers are safe.
-    pub(super) fn check(&self) -> Result<(), PlantError> {
+    pub(super) fn check(&self) -> Result<(), SyntheticError> {
         let [shortest, longest] = Scenario::DURATION_S;
         in_range("duration", self.duration_s, shortest, longest, "s")?;
         in_range("sampling rate", f64::from(self.rate_hz), 1.0, 1e4, "Hz")?;
@@ -136,7 +114,7 @@ impl Scenario {
                 let (effect, begins) = (effect.kind(), effect.begins());
                 if let Some((parameter, begins_s)) = begins.filter(|(_, begins_s)| *begins_s >= self.duration_s) {
                     let (car, duration_s) = (number, self.duration_s);
-                    return Err(PlantError::TooLate { effect, car, parameter, begins_s, duration_s });
+                    return Err(SyntheticError::TooLate { effect, car, parameter, begins_s, duration_s });
                 }
             }
             let of = |what: &str| format!("{what} of car {number}");
@@ -159,11 +137,11 @@ impl Scenario {
     }
 }
 
-fn in_range(what: &str, found: f64, low: f64, high: f64, unit: &str) -> Result<(), PlantError> {
+fn in_range(what: &str, found: f64, low: f64, high: f64, unit: &str) -> Result<(), SyntheticError> {
     if (low..=high).contains(&found) {
         return Ok(());
     }
-    Err(PlantError::OutOfRange {
+    Err(SyntheticError::OutOfRange {
         what: what.to_owned(),
         expected: format!("{low} to {high} {unit}").trim_end().to_owned(),
         found,

@@ -1,10 +1,9 @@
 //! An evaluator that gets less work at a time after its device has run out of memory.
 
-use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score, Timings};
-use crate::score::GoodnessOfFit;
+use super::{BufferSet, EvaluateError, Evaluator, Job, Outcome, Population, Score, Timings};
 
 /// Gives an evaluator whatever fits at once, and the rest afterwards. No score depends on the candidates simulated together.
-pub struct Halves {
+pub struct Splitting {
     inner: Box<dyn Evaluator>,
     /// Largest number of candidates that it gets at once.
     most: usize,
@@ -22,11 +21,11 @@ struct Set {
     under_way: bool,
 }
 
-impl Halves {
+impl Splitting {
     /// Gives `inner` everything at once until its memory is too small.
     #[must_use]
-    pub fn new(inner: Box<dyn Evaluator>) -> Halves {
-        Halves { inner, most: usize::MAX, sets: Default::default() }
+    pub fn new(inner: Box<dyn Evaluator>) -> Splitting {
+        Splitting { inner, most: usize::MAX, sets: Default::default() }
     }
 
     /// Half of the work that did not fit; the error if that was one candidate, or if it had another cause.
@@ -73,33 +72,11 @@ fn piece(jobs: &[Job<'_>], from: usize, count: usize) -> Vec<(usize, Population)
     found
 }
 
-impl Evaluator for Halves {
-    fn cases(&self) -> &[Case] {
-        self.inner.cases()
-    }
-
-    fn gof(&self) -> &GoodnessOfFit {
-        self.inner.gof()
-    }
-
-    fn name(&self) -> &'static str {
-        self.inner.name()
-    }
-
-    fn precision(&self) -> &'static str {
-        self.inner.precision()
-    }
-
-    fn adapter(&self) -> Option<String> {
-        self.inner.adapter()
-    }
+impl Evaluator for Splitting {
+    crate::forward_evaluator!(inner: cases, gof, name, precision, adapter, overlaps);
 
     fn timings(&self) -> Timings {
         self.inner.timings()
-    }
-
-    fn overlaps(&self) -> bool {
-        self.inner.overlaps()
     }
 
     fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {

@@ -3,7 +3,28 @@
 use serde::{Deserialize, Serialize};
 
 use super::noise::Stream;
-use super::scenario::Profile;
+
+/// How the platoon leader drives.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize)]
+#[serde(rename_all = "snake_case", tag = "kind")]
+pub enum Profile {
+    /// A new set speed every 15 to 45 s, and one stop.
+    #[default]
+    Cruise,
+    /// A congested road: stops, and never fast.
+    StopAndGo,
+    /// A new set speed every few seconds, from slow to fast.
+    Restless,
+    /// A recorded speed.
+    Recorded {
+        /// Time step of the record \[s\].
+        #[serde(rename = "dt_s")]
+        dt: f64,
+        /// Speeds \[m/s\]; the last one continues.
+        #[serde(rename = "speed_mps")]
+        v: Vec<f64>,
+    },
+}
 
 /// A piece of the set speed with constant jerk; it lasts until the next one begins.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]

@@ -1,9 +1,8 @@
 //! Buffers and bind group of the candidates of one part.
 
-use super::context::Work;
-use super::device::{Device, Fault, Windows};
-use super::kernel::WINDOW_LENGTH;
-use super::plan::Part;
+use super::device::{Device, Fault};
+use super::kernel::{WINDOW_LENGTH, Windows};
+use super::plan::{Part, Work};
 use super::results::Results;
 use super::tables::Tables;
 use wgpu::BufferUsages as Usages;
@@ -26,7 +25,7 @@ const BUFFERS: [(&str, Usages); 6] = [
 ];
 
 #[derive(Debug)]
-pub(super) struct Slot {
+pub(super) struct PartBuffers {
     buffers: [wgpu::Buffer; 6],
     chunk: wgpu::Buffer,
     window: wgpu::Buffer,
@@ -41,7 +40,7 @@ fn sizes(part: &Part, work: &Work) -> [u64; 6] {
     [bytes(work.kernel.candidate_words()), bytes(work.kernel.state_words()), results, blocks, results, blocks]
 }
 
-impl Slot {
+impl PartBuffers {
     /// The bindings of shaders/kernel.wgsl.
     pub(super) fn layout(device: &Device) -> wgpu::BindGroupLayout {
         let entry = |binding: u32| wgpu::BindGroupLayoutEntry {
@@ -63,9 +62,9 @@ impl Slot {
         device.raw.create_bind_group_layout(&descriptor)
     }
 
-    pub(super) fn new(device: &Device) -> Slot {
+    pub(super) fn new(device: &Device) -> PartBuffers {
         let uniform = Usages::UNIFORM | Usages::COPY_DST;
-        Slot {
+        PartBuffers {
             // Bindings must not be empty.
             buffers: BUFFERS.map(|(label, usage)| device.buffer(label, 256, usage)),
             chunk: device.buffer("chunk", 48, uniform),

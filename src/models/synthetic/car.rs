@@ -179,3 +179,8 @@ impl RoadLoad {
         (a_t - resistance / self.m_f) / self.phi_f
     }
 }
+
+/// Position at the start, at rest behind a car whose rear bumper is at `rear` \[m\].
+pub(super) fn behind(car: &CarTruth, rear: f64) -> f64 {
+    rear - car.initial_gap
+}

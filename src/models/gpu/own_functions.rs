@@ -1,4 +1,4 @@
-//! Compares functions on a device with their twins on the CPU, bit for bit.
+//! Compares functions on a device with those of the CPU, bit for bit.
 
 use super::device::Device;
 use super::probe::{COMMON, Finding, ProbeStatus, run};
@@ -6,7 +6,7 @@ use crate::wgsl::shader;
 
 /// The CPU's forms of the functions of shaders/power.wgsl and shaders/exponential.wgsl.
 #[derive(Debug, Clone, Copy)]
-pub struct Twins {
+pub struct CpuFunctions {
     /// x to the power of y.
     pub power: fn(f32, f32) -> f32,
     /// e to the power of x.
@@ -15,32 +15,32 @@ pub struct Twins {
     pub logarithm: fn(f32) -> f32,
 }
 
-/// Points at which a function is compared with its twin.
+/// Points at which a function is compared.
 const POINTS: i32 = 128 * 128;
 
-pub(super) fn own_power(device: &Device, twins: &Twins) -> Finding {
+pub(super) fn own_power(device: &Device, on_the_cpu: &CpuFunctions) -> Finding {
     let point = |k: i32| [0.001 * 1.058_f32.powi(k / 128), 0.1 + 0.0771 * (k % 128) as f32];
-    let power = twins.power;
+    let power = on_the_cpu.power;
     own(device, "power", "power(a, b)", point, &|[x, y]| power(x, y))
 }
 
-pub(super) fn own_exponential(device: &Device, twins: &Twins) -> Finding {
-    let exponential = twins.exponential;
+pub(super) fn own_exponential(device: &Device, on_the_cpu: &CpuFunctions) -> Finding {
+    let exponential = on_the_cpu.exponential;
     own(device, "exponential", "exponential(a)", |k| [0.0106 * k as f32 - 86.9, 0.0], &|[x, _]| exponential(x))
 }
 
-pub(super) fn own_logarithm(device: &Device, twins: &Twins) -> Finding {
-    let logarithm = twins.logarithm;
+pub(super) fn own_logarithm(device: &Device, on_the_cpu: &CpuFunctions) -> Finding {
+    let logarithm = on_the_cpu.logarithm;
     own(device, "logarithm", "logarithm(a)", |k| [1e-12 * 1.004_f32.powi(k), 0.0], &|[x, _]| logarithm(x))
 }
 
-/// A function on a device and its twin.
+/// A function on a device and on the CPU.
 fn own(
     device: &Device,
     name: &str,
     call: &str,
     point: impl Fn(i32) -> [f32; 2],
-    twin: &dyn Fn([f32; 2]) -> f32,
+    on_the_cpu: &dyn Fn([f32; 2]) -> f32,
 ) -> Finding {
     let pairs: Vec<[f32; 2]> = (0..POINTS).map(point).collect();
     let text = format!(
@@ -58,7 +58,7 @@ fn own(
     let y = run(device, &text, pairs.as_flattened(), pairs.len())?;
     let (mut different, mut worst) = (0, 0.0_f32);
     for (pair, bits) in pairs.iter().zip(y) {
-        let (cpu, gpu) = (twin(*pair), f32::from_bits(bits));
+        let (cpu, gpu) = (on_the_cpu(*pair), f32::from_bits(bits));
         if cpu.to_bits() != bits {
             different += 1;
             worst = worst.max(if gpu.is_finite() { ((gpu - cpu) / cpu).abs() } else { f32::INFINITY });

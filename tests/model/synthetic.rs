@@ -1,6 +1,6 @@
 //! The synthetic truth: reproducible, physically sane, converged, and independent of the rest of the crate.
 
-use leadlag::internal::plant::{self, Controller, Noise, PlantError, Road, Scenario, Synthetic};
+use leadlag::internal::synthetic::{self, Controller, Noise, Road, Scenario, Synthetic, SyntheticError};
 
 /// A 10 Hz trapezoid misses an integral by dt²/12 times the change of the slope, summed over the bends of the
 /// speed: largest where a car comes to rest within a sample, at most 0.1² / 8 * 7 m/s² there.
@@ -14,7 +14,7 @@ const SPEED_CONVERGED: f64 = 3e-4;
 const GAP_CONVERGED: f64 = 1e-3;
 
 fn drive(scenario: &Scenario) -> Synthetic {
-    plant::run(scenario).expect("the scenario can be driven")
+    synthetic::run(scenario).expect("the scenario can be driven")
 }
 
 fn without_noise(seed: u64) -> Scenario {
@@ -24,9 +24,9 @@ fn without_noise(seed: u64) -> Scenario {
 fn bytes(scenario: &Scenario) -> [Vec<u8>; 3] {
     let drive = drive(scenario);
     let mut files = [Vec::new(), Vec::new(), Vec::new()];
-    plant::write_openacc(&drive, &mut files[0]).expect("writing into memory");
-    plant::write_pair(&drive, 4, &mut files[1]).expect("writing into memory");
-    plant::write_slope(&drive, &mut files[2]).expect("writing into memory");
+    synthetic::write_openacc(&drive, &mut files[0]).expect("writing into memory");
+    synthetic::write_pair(&drive, 4, &mut files[1]).expect("writing into memory");
+    synthetic::write_slope(&drive, &mut files[2]).expect("writing into memory");
     files
 }
 
@@ -166,7 +166,7 @@ fn settles_at_the_equilibrium_gap() {
 fn layouts_are_as_documented() {
     let drive = drive(&Scenario { duration_s: 12.0, ..Scenario::default() });
     let mut file = Vec::new();
-    plant::write_openacc(&drive, &mut file).expect("writing into memory");
+    synthetic::write_openacc(&drive, &mut file).expect("writing into memory");
     let text = String::from_utf8(file).expect("ASCII");
     let lines: Vec<&str> = text.lines().collect();
     assert_eq!(lines.len(), 6 + 121);
@@ -178,10 +178,10 @@ fn layouts_are_as_documented() {
     assert!(lines[6..].iter().all(|line| line.split(',').count() == 10));
 
     let mut file = Vec::new();
-    plant::write_pair(&drive, 1, &mut file).expect("writing into memory");
+    synthetic::write_pair(&drive, 1, &mut file).expect("writing into memory");
     let text = String::from_utf8(file).expect("ASCII");
     assert_eq!(text.lines().next(), Some("time_s,lead_speed_mps,speed_mps,spacing_m,sin_grade,lead_position_m"));
-    let refused = plant::write_pair(&drive, 5, Vec::new()).expect_err("there are four followers");
+    let refused = synthetic::write_pair(&drive, 5, Vec::new()).expect_err("there are four followers");
     assert_eq!(refused.to_string(), "follower 5: expected 1 to 4, the followers of this platoon");
 }
 
@@ -189,7 +189,7 @@ fn layouts_are_as_documented() {
 fn truth_survives_json() {
     let drive = drive(&Scenario { duration_s: 12.0, ..Scenario::default() });
     let json = serde_json::to_string(&drive.truth).expect("finite numbers");
-    let back: plant::Truth = serde_json::from_str(&json).expect("as written");
+    let back: synthetic::Truth = serde_json::from_str(&json).expect("as written");
     assert_eq!(back, drive.truth);
 }
 
@@ -197,25 +197,25 @@ fn truth_survives_json() {
 fn refuses_what_cannot_be_driven() {
     let mut scenario = Scenario::default();
     scenario.followers[1].tau_p = 0.004;
-    let error = plant::run(&scenario).expect_err("a delay within one step");
+    let error = synthetic::run(&scenario).expect_err("a delay within one step");
     assert_eq!(error.to_string(), "tau_p (unless it is 0) of car 3: expected 0.01 to 10 s, found 0.004");
     scenario.followers[1].tau_p = 3.0;
-    assert!(matches!(plant::run(&scenario), Err(PlantError::Collision { .. })));
+    assert!(matches!(synthetic::run(&scenario), Err(SyntheticError::Collision { .. })));
     let too_late = "set_speed_change:t1=700".parse().expect("an effect");
     let mut late = Scenario::default();
     late.followers[0].effects.push(too_late);
     assert_eq!(
-        plant::run(&late).expect_err("the drive ends at 600 s").to_string(),
+        synthetic::run(&late).expect_err("the drive ends at 600 s").to_string(),
         "set_speed_change of car 2 begins at 700 s, and the drive ends at 600 s; start it earlier, as in \
          set_speed_change:t1=240, or drive longer"
     );
     scenario.duration_s = f64::NAN;
-    assert!(matches!(plant::run(&scenario), Err(PlantError::OutOfRange { .. })));
+    assert!(matches!(synthetic::run(&scenario), Err(SyntheticError::OutOfRange { .. })));
 }
 
 #[test]
 fn knows_nobody() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/models/plant");
+    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("src/models/synthetic");
     let mut files = 0;
     for entry in std::fs::read_dir(&folder).expect("the folder is there") {
         let path = entry.expect("readable").path();
@@ -229,7 +229,7 @@ fn knows_nobody() {
             let foreign = ["crate::", "super::super", "leadlag::", "leadlag_", "include!", "#[path"];
             assert!(
                 !foreign.iter().any(|word| line.contains(word)),
-                "{}:{}: the plant shares no code: {line}",
+                "{}:{}: synthetic drives share no code: {line}",
                 path.display(),
                 number + 1
             );

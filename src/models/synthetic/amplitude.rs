@@ -1,7 +1,7 @@
 //! Effects of a given size: the change of a drive makes an effect weak or strong, not its parameter.
 
 use super::effect::Effect;
-use super::error::PlantError;
+use super::error::SyntheticError;
 use super::noise::Noise;
 use super::sample::Ahead;
 use super::scenario::Scenario;
@@ -17,11 +17,11 @@ const NEARLY_ALL: f64 = 0.999;
 /// by `rms` \[m/s\] (root mean square over the drive), with everything else at its true value.
 ///
 /// # Errors
-/// [`PlantError::Weak`] if an effect cannot change this drive by that amount; otherwise as [`super::run`].
+/// [`SyntheticError::Weak`] if an effect cannot change this drive by that amount; otherwise as [`super::run`].
 ///
 /// # Panics
 /// For an unknown follower.
-pub fn at_amplitude(scenario: &Scenario, follower: usize, rms: f64) -> Result<Scenario, PlantError> {
+pub fn at_amplitude(scenario: &Scenario, follower: usize, rms: f64) -> Result<Scenario, SyntheticError> {
     let mut quiet = Scenario { noise: Noise::NONE, ..scenario.clone() };
     quiet.followers.truncate(follower);
     let car = &mut quiet.followers[follower - 1];
@@ -29,7 +29,7 @@ pub fn at_amplitude(scenario: &Scenario, follower: usize, rms: f64) -> Result<Sc
     let effects = std::mem::take(&mut car.effects);
     let ahead = Ahead::of(&quiet, follower)?;
     let plain = ahead.speed_behind(&quiet)?;
-    let scaled: Result<Vec<Effect>, PlantError> =
+    let scaled: Result<Vec<Effect>, SyntheticError> =
         effects.iter().map(|effect| scale(&mut quiet, &ahead, effect, rms, &plain)).collect();
     let mut found = scenario.clone();
     found.followers[follower - 1].effects = scaled?;
@@ -37,7 +37,13 @@ pub fn at_amplitude(scenario: &Scenario, follower: usize, rms: f64) -> Result<Sc
 }
 
 /// One effect of the last follower.
-fn scale(quiet: &mut Scenario, ahead: &Ahead, effect: &Effect, rms: f64, plain: &[f64]) -> Result<Effect, PlantError> {
+fn scale(
+    quiet: &mut Scenario,
+    ahead: &Ahead,
+    effect: &Effect,
+    rms: f64,
+    plain: &[f64],
+) -> Result<Effect, SyntheticError> {
     let follower = quiet.followers.len();
     let (mut weak, mut strong) = (0.0, 1.0);
     let mut largest = 0.0_f64;
@@ -51,8 +57,8 @@ fn scale(quiet: &mut Scenario, ahead: &Ahead, effect: &Effect, rms: f64, plain: 
                 (squares / v.len() as f64).sqrt()
             }
             // So strong that the platoon crashes, or a delay that is shorter than a step of the integration.
-            Err(PlantError::Collision { .. }) => f64::INFINITY,
-            Err(PlantError::OutOfRange { .. }) => 0.0,
+            Err(SyntheticError::Collision { .. }) => f64::INFINITY,
+            Err(SyntheticError::OutOfRange { .. }) => 0.0,
             Err(error) => return Err(error),
         };
         if size.is_finite() {
@@ -70,5 +76,5 @@ fn scale(quiet: &mut Scenario, ahead: &Ahead, effect: &Effect, rms: f64, plain: 
             break;
         }
     }
-    Err(PlantError::Weak { effect: effect.kind(), car: follower + 1, wanted: rms, largest })
+    Err(SyntheticError::Weak { effect: effect.kind(), car: follower + 1, wanted: rms, largest })
 }

@@ -1,7 +1,7 @@
 //! Driving a scenario and measuring it.
 
 use super::drive::{follow, platoon};
-use super::error::PlantError;
+use super::error::SyntheticError;
 use super::history::History;
 use super::noise::{Purpose, Stream};
 use super::road::{GradeProfile, Hills};
@@ -33,7 +33,7 @@ pub struct Synthetic {
 ///
 /// # Errors
 /// A quantity out of its range, or a platoon that collides.
-pub fn run(scenario: &Scenario) -> Result<Synthetic, PlantError> {
+pub fn run(scenario: &Scenario) -> Result<Synthetic, SyntheticError> {
     scenario.check()?;
     let seed = scenario.seed;
     let (hills, set_speed) = given(scenario);
@@ -85,7 +85,7 @@ pub(super) struct Ahead {
 
 impl Ahead {
     /// The cars ahead of a follower (1 drives behind the platoon leader).
-    pub(super) fn of(scenario: &Scenario, follower: usize) -> Result<Ahead, PlantError> {
+    pub(super) fn of(scenario: &Scenario, follower: usize) -> Result<Ahead, SyntheticError> {
         scenario.check()?;
         let (hills, set_speed) = given(scenario);
         let (h, per_sample) = scenario.step();
@@ -95,7 +95,7 @@ impl Ahead {
     }
 
     /// True speed of the follower, sample by sample, in a scenario \[m/s\].
-    pub(super) fn speed_behind(&self, scenario: &Scenario) -> Result<Vec<f64>, PlantError> {
+    pub(super) fn speed_behind(&self, scenario: &Scenario) -> Result<Vec<f64>, SyntheticError> {
         scenario.check()?;
         let (h, per_sample) = scenario.step();
         let samples = samples(scenario);
