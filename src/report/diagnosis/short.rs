@@ -2,6 +2,7 @@
 
 use super::causes::{next, not_tried};
 use crate::diagnose::Verdict;
+use crate::diagnose::describe::missing::Profiles;
 use crate::race::loss::BIN_S;
 use crate::result::diagnosis::recommended::{Power, Recommended, RecommendedCause, Trial, Why};
 use crate::result::diagnosis::{CauseEntry, FleetEntry, Outcome, ParameterEntry, ShareEntry};
@@ -57,30 +58,35 @@ fn verdict(outcome: &Outcome) -> String {
     };
     match outcome.verdict {
         Verdict::Named | Verdict::Ambiguous => named(),
-        Verdict::Nothing => {
-            let untried = if outcome.not_tried.is_empty() {
-                String::new()
-            } else {
-                format!(" Not tried: {}.", not_tried(outcome))
-            };
-            format!("No cause was found that {base} lacks.{}{untried}", unexplained(outcome))
-        }
-        Verdict::NotTestable => format!("These data do not show what {base} lacks."),
-        Verdict::Unexplained => format!("{base} errs, and no built-in cause explains why."),
+        Verdict::Nothing => format!("No cause was found that {base} lacks.{}", unexplained(outcome)),
+        Verdict::NotTestable => format!("These data do not show what {base} lacks.{}", unexplained(outcome)),
+        Verdict::Unexplained => format!("{base} errs, and no built-in cause explains why.{}", unexplained(outcome)),
         Verdict::BadBase => format!("{base} does not fit these drives, so no cause can be identified."),
     }
 }
 
-/// The unexplained acceleration of the base, and its duration.
+/// The unexplained acceleration of the base: its size, its duration, and whether it belongs to places of the road; and the causes not tried.
 fn unexplained(outcome: &Outcome) -> String {
+    let mut text = String::new();
     let noise = outcome.base.as_ref().and_then(|base| base.noise.as_ref());
-    noise.filter(|noise| noise.sigma_d_mps2 >= LEAST_UNEXPLAINED).map_or(String::new(), |noise| {
-        format!(
-            " An acceleration of {:.2} m/s² with a time constant of {:.0} s remains unexplained.",
-            noise.sigma_d_mps2, noise.tau_d_s
-        )
-    })
+    if let Some(noise) = noise.filter(|noise| noise.sigma_d_mps2 >= LEAST_UNEXPLAINED) {
+        let (size, time) = (noise.sigma_d_mps2, noise.tau_d_s);
+        text += &format!(" An acceleration of {size:.2} m/s² with a time constant of {time:.0} s remains unexplained.");
+        if let Some(r) = outcome.missing.as_ref().and_then(Profiles::repeats) {
+            let untried = outcome.not_tried.iter().any(|entry| entry.name == GRADE);
+            let remedy = if untried { ", as on slopes: give the grade of the road (--grade)" } else { "" };
+            text +=
+                &format!(" It repeats at the same places of the road in other drives (correlation {r:.2}){remedy}.");
+        }
+    }
+    if !outcome.not_tried.is_empty() {
+        text += &format!(" Not tried: {}.", not_tried(outcome));
+    }
+    text
 }
+
+/// The cause that needs the grade of the road.
+const GRADE: &str = "grade";
 
 /// Smallest acceleration worth reporting \[m/s²\]: it is printed as 0.01.
 const LEAST_UNEXPLAINED: f64 = 0.005;
