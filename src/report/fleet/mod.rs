@@ -127,6 +127,13 @@ impl FleetFile {
         own().find(|one| one.chosen).or_else(|| own().max_by_key(|one| one.calibrated))
     }
 
+    /// All entries, that of the recommended model first.
+    pub fn chosen_first(&self) -> impl Iterator<Item = &Overview> {
+        let chosen = self.chosen();
+        let others = self.overview.iter().filter(move |one| !chosen.is_some_and(|chosen| std::ptr::eq(chosen, *one)));
+        chosen.into_iter().chain(others)
+    }
+
     /// Rule of the comparison, in a sentence; empty for one model without held-back data.
     #[must_use]
     pub fn rule(&self) -> String {

@@ -39,9 +39,7 @@ pub fn text(file: &FleetFile) -> String {
     for told in [file.rule(), file.verdict()].iter().filter(|told| !told.is_empty()) {
         text += &wrapped(0, 2, told);
     }
-    if let Some(chosen) = file.chosen() {
-        text += &parameters(chosen, file.intervals);
-    }
+    file.chosen_first().for_each(|one| text += &parameters(one, file.intervals));
     if let Some(note) = &file.note {
         text += &wrapped(0, 2, note);
     }
@@ -66,26 +64,31 @@ fn models(all: &[Overview]) -> String {
     text
 }
 
+/// Width of a name with the median behind it, in characters: a long name takes room from the median.
+const NAME_AND_MEDIAN: usize = 22;
+
 fn parameters(one: &Overview, intervals: bool) -> String {
-    let mut text =
-        format!("\n{:<12} {:>9} {:>17} {:>17} {:>8}", one.model, "median", "middle half", "5 to 95 %", "at bound");
-    text += if intervals { " determined\n" } else { "\n" };
-    let row = |name: &str, spread: &Spread| {
-        let (half, most) = (range(spread.middle_half), range(spread.nine_tenths));
-        format!("{name:<12} {:>9} {half:>17} {most:>17}", short(spread.median))
+    let row = |name: &str, [median, half, most, at_bound]: [&str; 4], determined: &str| {
+        let room = NAME_AND_MEDIAN.saturating_sub(name.chars().count());
+        format!("{name}{median:>room$} {half:>17} {most:>17} {at_bound:>8} {determined:>10}").trim_end().to_owned()
+            + "\n"
     };
-    if let Some(score) = &one.score {
-        text += &(row(&one.gof, score) + "\n");
-    }
+    let spread = |name: &str, spread: &Spread, at_bound: &str, determined: &str| {
+        // A blank at least, because the name may leave no room.
+        let median = format!(" {}", short(spread.median));
+        row(name, [&median, &range(spread.middle_half), &range(spread.nine_tenths), at_bound], determined)
+    };
+    let mut text = format!("\n{}\n", one.model);
+    text += &row("", ["median", "middle half", "5 to 95 %", "at bound"], if intervals { "determined" } else { "" });
+    text += &one.score.as_ref().map_or(String::new(), |score| spread(&one.gof, score, "", ""));
     for parameter in &one.parameters {
-        let Some(spread) = &parameter.spread else { continue };
+        let Some(own) = &parameter.spread else { continue };
         let name = match parameter.unit.as_str() {
             "-" => parameter.name.clone(),
             unit => format!("{} [{unit}]", parameter.name),
         };
-        let at_bound = percent(parameter.at_bound);
-        let determined = parameter.determined.map_or(String::new(), |share| format!(" {:>10}", percent(share)));
-        let _ = writeln!(text, "{} {at_bound:>8}{determined}", row(&name, spread));
+        let determined = parameter.determined.map_or(String::new(), percent);
+        text += &spread(&name, own, &percent(parameter.at_bound), &determined);
     }
     let sound = one.parameters.iter().filter_map(|p| Some(format!("{} {}", p.name, short(p.sound?.median))));
     let sound: Vec<String> = sound.filter(|_| one.doubtful > 0).collect();
