@@ -1,6 +1,9 @@
 //! A calibration as text for a terminal of 80 columns.
 
-use crate::result::{CorrelationEntry, DriveScore, IdentifiabilityEntry, ReplicateEntry, ResultFile, Scores};
+use crate::result::{
+    CorrelationEntry, DataEntry, DriveScore, IdentifiabilityEntry, ReplicateEntry, ResultFile, Scores,
+};
+use crate::trajectory::driver_id;
 use std::fmt::Write;
 use textwrap::{Options, WordSplitter};
 
@@ -77,13 +80,7 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     if let Some(cv) = result.cv {
         writeln!(text, "             coefficient of variation over replicates {:.3} %", 100.0 * cv)?;
     }
-    for data in &result.data {
-        for finding in data.findings.iter().filter(|finding| finding.matters) {
-            let what = finding.correction.as_ref().map_or_else(|| finding.told(), Clone::clone);
-            text.push('\n');
-            text.push_str(&wrapped(0, 2, &format!("DATA {}: {what}", finding.name.to_uppercase())));
-        }
-    }
+    write_findings(text, &result.data);
     if let Some(changes) = changes(result) {
         text.push_str(&wrapped(0, 2, &changes));
     }
@@ -110,6 +107,26 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         }
     }
     Ok(())
+}
+
+/// The faults of the data, each kind once: of several drives with the same fault, the first.
+fn write_findings(text: &mut String, data: &[DataEntry]) {
+    let faults = || data.iter().flat_map(|data| data.findings.iter().filter(|f| f.matters).map(move |f| (data, f)));
+    let mut told = Vec::new();
+    for (drive, finding) in faults() {
+        if told.contains(&&finding.name) && data.len() > 1 {
+            continue;
+        }
+        told.push(&finding.name);
+        let with = data.iter().filter(|data| data.findings.iter().any(|f| f.matters && f.name == finding.name)).count();
+        let of = match data.len() {
+            1 => String::new(),
+            all => format!(" on {with} of {all} drives, here {}", driver_id(&drive.name, None).unwrap_or(&drive.path)),
+        };
+        let what = finding.correction.as_ref().map_or_else(|| finding.told(), Clone::clone);
+        text.push('\n');
+        text.push_str(&wrapped(0, 2, &format!("DATA {}{of}: {what}", finding.name.to_uppercase())));
+    }
 }
 
 /// Scores of several drives, and the worst of them.
@@ -187,7 +204,8 @@ fn write_parameters(text: &mut String, result: &ResultFile) -> std::fmt::Result 
         text.push_str(&wrapped(0, row.chars().count(), &format!("{row}{meaning}")));
     }
     if let Some(drivers) = &result.drivers {
-        text.push_str(&wrapped(0, 2, &format!("\nNOT ONE DRIVER: {drivers}")));
+        text.push('\n');
+        text.push_str(&wrapped(0, 2, &format!("NOT ONE DRIVER: {drivers}")));
     }
     if !result.at_bound.is_empty() {
         // Bounds of cars with adaptive cruise control, of Table 3 or as requested.
@@ -220,7 +238,8 @@ fn write_identifiability(
 ) -> std::fmt::Result {
     let confidence = format!("{:.0} % interval", 100.0 * identifiability.confidence);
     if let Some(note) = identifiability.note.as_ref().filter(|_| identifiability.parameters.is_empty()) {
-        text.push_str(&wrapped(0, 2, &format!("\nno {confidence}s: {note}")));
+        text.push('\n');
+        text.push_str(&wrapped(0, 2, &format!("no {confidence}s: {note}")));
         return Ok(());
     }
     writeln!(text, "\n{:<10}{confidence:>24}{:>14}  goes with", "parameter", "eff. samples")?;

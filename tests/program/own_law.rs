@@ -233,6 +233,14 @@ fn a_file_is_told_for_what_it_is() {
     for expected in ["my_fvdm: valid, a law", "t_h [s]", "searched when needed", "15 m/s: acceleration"] {
         assert!(told.contains(expected), "{expected}: {told}");
     }
+    assert!(told.contains("v_0 [m/s] 30 to 35") && told.contains("at v_0 32.500"), "{told}");
+    let human = ok(&["check", text(&law), "--plot", "--bounds", "human"]);
+    assert!(human.contains("v_0 [m/s] 1 to 70") && human.contains("at v_0 8.367"), "{human}");
+    let listed = ok(&["list", "parameters", "--bounds", "human"]);
+    assert!(listed.lines().any(|line| line.starts_with("v_0 ") && line.contains("1.00000 .. 70.00000")), "{listed}");
+    assert!(listed.lines().any(|line| line.starts_with("f_0 ") && line.contains("by --vehicle")), "{listed}");
+    let (code, said) = fails(&["list", "laws", "--bounds", "human"]);
+    assert!(code == 2 && said.contains("need `leadlag list parameters`"), "{said}");
     assert!(ok(&["check", "krauss"]).contains("as the file says"));
     assert!(ok(&["list", "laws"]).contains("krauss: v_0 d_0 t_h a_max a_min"));
 
