@@ -1,5 +1,6 @@
 //! A calibration as text for a terminal of 80 columns.
 
+use crate::result::diagnosis::FindingEntry;
 use crate::result::{
     CorrelationEntry, DataEntry, DriveScore, IdentifiabilityEntry, ReplicateEntry, ResultFile, Scores,
 };
@@ -80,7 +81,10 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     if let Some(cv) = result.cv {
         writeln!(text, "             coefficient of variation over replicates {:.3} %", 100.0 * cv)?;
     }
-    write_findings(text, &result.data);
+    for (finding, on, told) in faults(&result.data) {
+        text.push('\n');
+        text.push_str(&wrapped(0, 2, &format!("DATA {}{on}: {told}", finding.name.to_uppercase())));
+    }
     if let Some(changes) = changes(result) {
         text.push_str(&wrapped(0, 2, &changes));
     }
@@ -109,24 +113,26 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     Ok(())
 }
 
-/// The faults of the data, each kind once: of several drives with the same fault, the first.
-fn write_findings(text: &mut String, data: &[DataEntry]) {
-    let faults = || data.iter().flat_map(|data| data.findings.iter().filter(|f| f.matters).map(move |f| (data, f)));
-    let mut told = Vec::new();
-    for (drive, finding) in faults() {
-        if told.contains(&&finding.name) && data.len() > 1 {
-            continue;
+/// The faults of the data, each kind once, of several drives with the same fault the first: kind, drives that have it, and the fault.
+pub(in crate::internal::report) fn faults(data: &[DataEntry]) -> Vec<(&FindingEntry, String, String)> {
+    let matter = |data: &'_ DataEntry, name: &str| data.findings.iter().any(|f| f.matters && f.name == name);
+    let mut told: Vec<(&FindingEntry, String, String)> = Vec::new();
+    for drive in data {
+        for finding in drive.findings.iter().filter(|finding| finding.matters) {
+            if data.len() > 1 && told.iter().any(|(known, ..)| known.name == finding.name) {
+                continue;
+            }
+            let with = data.iter().filter(|data| matter(data, &finding.name)).count();
+            let on = match data.len() {
+                1 => String::new(),
+                all => {
+                    format!(" on {with} of {all} drives, here {}", driver_id(&drive.name, None).unwrap_or(&drive.path))
+                }
+            };
+            told.push((finding, on, finding.correction.as_ref().map_or_else(|| finding.told(), Clone::clone)));
         }
-        told.push(&finding.name);
-        let with = data.iter().filter(|data| data.findings.iter().any(|f| f.matters && f.name == finding.name)).count();
-        let of = match data.len() {
-            1 => String::new(),
-            all => format!(" on {with} of {all} drives, here {}", driver_id(&drive.name, None).unwrap_or(&drive.path)),
-        };
-        let what = finding.correction.as_ref().map_or_else(|| finding.told(), Clone::clone);
-        text.push('\n');
-        text.push_str(&wrapped(0, 2, &format!("DATA {}{of}: {what}", finding.name.to_uppercase())));
     }
+    told
 }
 
 /// Scores of several drives, and the worst of them.

@@ -77,6 +77,18 @@ fn a_fleet_is_evaluated_on_its_own_drives_and_on_others() {
     assert!(said.contains("platoon elsewhere") && said.contains("--data"), "{said}");
 }
 
+/// A table of several drivers is not a drive with gaps.
+#[test]
+fn one_trajectory_of_several_says_how_to_take_the_others() {
+    let folder = scratch("fleet_use", "one_of_several");
+    let (table, out) = (folder.join("pairs.csv"), folder.join("fit"));
+    fs::write(&table, HEADER.to_owned() + &drives(0..3, 300)).expect("room");
+    let words = ["calibrate", text(&table), "--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out"];
+    let said = stderr(&succeeds(&[&words[..], &[text(&out)]].concat()));
+    assert!(said.contains("3 trajectories (0,1,2), of which only the longest, "), "{said}");
+    assert!(said.contains("--trajectory chooses others") && !said.contains("segment"), "{said}");
+}
+
 #[test]
 fn the_parameters_of_every_model_are_shown() {
     let folder = scratch("fleet_use", "all_models");

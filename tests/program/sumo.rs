@@ -131,12 +131,18 @@ fn the_sound_drivers_of_a_fleet_become_a_distribution_and_its_page_names_the_oth
     );
     assert_eq!(leadlag(&["export", "sumo", text(&folder), "--sumo", "."]).status.code(), Some(2));
     let page = report(&folder);
-    assert!(page.contains("<strong>1 pairs with doubtful data.</strong>") && page.contains("Cleo follower 1 (unit)"));
+    assert!(page.contains("<strong>1 pair with doubtful data:</strong>") && page.contains("Cleo follower 1 (unit)"));
     // The page of a single driver uses the words of every other command.
     let (table, map) = (folder.with_file_name("table.csv"), folder.with_file_name("map.toml"));
     let out = folder.with_file_name("cleo");
     let arguments = ["calibrate", text(&table), "--columns", text(&map), "--trajectory", "Cleo", "--model", "idm"];
     ok(&[&arguments[..], &["--max-evaluations", "200", "--no-intervals", "--out", text(&out)]].concat());
+    // The warning of the command names the fault, so nothing else does.
+    let page = report(&out);
+    let top = page.split("<main>").next().expect("a header");
+    assert!(top.contains("Warnings of the command") && top.matches("is feet per metre").count() == 1, "{top}");
+    // A result without its command has no warnings.
+    std::fs::remove_file(out.join("run.json")).expect("written");
     assert!(
         report(&out).contains("<strong>A fault of the data.</strong>") && report(&out).contains("is feet per metre")
     );

@@ -257,14 +257,15 @@ fn recommendation(outcome: &Outcome, recommended: &Recommended) -> [String; 2] {
     let gain = &recommended.gain;
     let percent = |share: f64| 100.0 * share / gain.base;
     let [low, high] = gain.interval.map(percent);
+    // One entry per driver of a fleet, otherwise per file.
+    let (all, of) = (recommended.per_drive.len(), if outcome.fleet.is_some() { "drivers" } else { "files" });
     let better = recommended.per_drive.iter().filter(|drive| drive.extended < drive.base).count();
+    let each = if all > 1 { format!("; it is smaller on {better} of {all} {of}") } else { String::new() };
     [
         format!("Recommended: {base} with {}.", causes.join(" and ")),
         format!(
-            "With it, the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]; it is smaller on {better} of {} {}.",
+            "With it, the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]{each}.",
             percent(gain.base - gain.extended),
-            recommended.per_drive.len(),
-            if outcome.fleet.is_some() { "drivers" } else { "drives" }
         ),
     ]
 }

@@ -134,6 +134,22 @@ impl FleetFile {
         chosen.into_iter().chain(others)
     }
 
+    /// The pairs with doubtful data, by the kinds of their faults; at most `most` of each kind by name.
+    #[must_use]
+    pub fn doubts(&self, most: usize) -> String {
+        let mut by_kind: IndexMap<&str, Vec<&str>> = IndexMap::new();
+        self.doubtful.iter().for_each(|(pair, kinds)| by_kind.entry(kinds).or_default().push(pair));
+        let told = |(kinds, pairs): (&str, Vec<&str>)| {
+            if pairs.len() > 1 && pairs.len() == self.pairs {
+                return format!("all ({kinds})");
+            }
+            let more = pairs.len().saturating_sub(most);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            format!("{}{more} ({kinds})", pairs[..most.min(pairs.len())].join(", "))
+        };
+        by_kind.into_iter().map(told).collect::<Vec<_>>().join("; ")
+    }
+
     /// Rule of the comparison, in a sentence; empty for one model without held-back data.
     #[must_use]
     pub fn rule(&self) -> String {
@@ -187,6 +203,14 @@ impl FleetFile {
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("numbers and text can be written") + "\n"
     }
+}
+
+/// What to do about doubtful data.
+const ADVICE: &str = "leadlag inspect has the remedies";
+
+/// A number of pairs.
+fn pairs(count: usize) -> String {
+    format!("{count} pair{}", if count == 1 { "" } else { "s" })
 }
 
 /// A reason without the numbers of the one pair that has it.

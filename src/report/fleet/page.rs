@@ -1,8 +1,8 @@
 //! The page of a fleet: the drivers first, then the quality of the fits, then the data.
 
-use super::FleetFile;
 use super::figures::{self, Distribution};
 use super::forest::{Estimates, forest};
+use super::{ADVICE, FleetFile, pairs};
 use crate::fleet::Overview;
 use crate::report::html::{MadeBy, Page, escape, short, within};
 
@@ -81,9 +81,9 @@ fn lead(file: &FleetFile, one: &Overview, models: usize) -> String {
         told => format!(", one of {models} models. {}", told.trim_end_matches('.')),
     };
     format!(
-        "<p class=\"verdict\"><strong>{} of {} pairs calibrated with {}</strong>{}. The median driver: {}.</p>",
+        "<p class=\"verdict\"><strong>{} of {} calibrated with {}</strong>{}. The median driver: {}.</p>",
         one.calibrated,
-        file.pairs,
+        pairs(file.pairs),
         escape(&one.model),
         escape(&wins),
         escape(&facts.join(", "))
@@ -95,11 +95,10 @@ fn doubtful(file: &FleetFile) -> String {
     if file.doubtful.is_empty() {
         return String::new();
     }
-    let named: Vec<String> = file.doubtful.iter().map(|(pair, kinds)| format!("{pair} ({kinds})")).collect();
     format!(
-        "<p class=\"verdict bad_base\"><strong>{} pairs with doubtful data.</strong> {}.</p>",
-        named.len(),
-        escape(&named.join(", "))
+        "<p class=\"verdict bad_base\"><strong>{} with doubtful data:</strong> {}; {ADVICE}.</p>",
+        pairs(file.doubtful.len()),
+        escape(&file.doubts(usize::MAX))
     )
 }
 

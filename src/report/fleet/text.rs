@@ -1,6 +1,6 @@
 //! A fleet in some ten lines.
 
-use super::FleetFile;
+use super::{ADVICE, FleetFile, pairs};
 use crate::fleet::{Overview, Spread};
 use crate::report::html::short;
 use crate::report::text::wrapped;
@@ -9,7 +9,7 @@ use std::fmt::Write;
 /// Number of printed reasons; the table has all.
 const REASONS: usize = 3;
 
-/// Number of named pairs with doubtful data.
+/// Number of named pairs with doubtful data, of each kind.
 const DOUBTFUL: usize = 20;
 
 /// Output of `calibrate --all`.
@@ -18,20 +18,14 @@ pub fn text(file: &FleetFile) -> String {
     let calibrated = file.calibrated();
     let whole = file.pairs * file.overview.len();
     let files = if file.data.len() == 1 { "1 file".to_owned() } else { format!("{} files", file.data.len()) };
-    let mut text = format!("{} pairs of {files}: {calibrated} of {whole} calibrations have a result\n", file.pairs);
+    let mut text = format!("{} of {files}: {calibrated} of {whole} calibrations have a result\n", pairs(file.pairs));
     for (reason, count) in file.reasons.iter().take(REASONS) {
         text += &wrapped(2, 4, &format!("{count} without: {reason}"));
     }
     if !file.doubtful.is_empty() {
-        let named: Vec<String> =
-            file.doubtful.iter().take(DOUBTFUL).map(|(pair, kinds)| format!("{pair} ({kinds})")).collect();
-        let more = if file.doubtful.len() > DOUBTFUL { ", ..." } else { "" };
-        let count = file.doubtful.len();
-        text += &wrapped(
-            2,
-            4,
-            &format!("{count} pairs with doubtful data, in column findings of the table: {}{more}", named.join(", ")),
-        );
+        let (count, doubts) = (pairs(file.doubtful.len()), file.doubts(DOUBTFUL));
+        let told = format!("{count} with doubtful data, in column findings of the table: {doubts}; {ADVICE}");
+        text += &wrapped(2, 4, &told);
     }
     if file.overview.len() > 1 {
         text += &models(&file.overview);
