@@ -84,7 +84,7 @@ fn a_fault_of_several_drives_is_told_once() {
     );
 }
 
-/// Of the pairs of a fleet that have the same fault, only their number is told.
+/// The text of a fleet counts the pairs that have the same fault and does not list them.
 #[test]
 fn a_fault_of_all_pairs_of_a_fleet_is_told_once() {
     let folder = scratch("one_driver", "noisy_fleet");

@@ -59,7 +59,11 @@ fn verdict(outcome: &Outcome) -> String {
     match outcome.verdict {
         Verdict::Named | Verdict::Ambiguous => named(),
         Verdict::Nothing => format!("No cause was found that {base} lacks.{}", unexplained(outcome)),
-        Verdict::NotTestable => format!("These data do not show what {base} lacks.{}", unexplained(outcome)),
+        // Of a fleet, this verdict means that nothing was tried.
+        Verdict::NotTestable => {
+            let more = if outcome.fleet.is_none() { unexplained(outcome) } else { String::new() };
+            format!("These data do not show what {base} lacks.{more}")
+        }
         Verdict::Unexplained => format!("{base} errs, and no built-in cause explains why.{}", unexplained(outcome)),
         Verdict::BadBase => format!("{base} does not fit these drives, so no cause can be identified."),
     }

@@ -33,7 +33,8 @@ pub fn text(file: &FleetFile) -> String {
     for told in [file.rule(), file.verdict()].iter().filter(|told| !told.is_empty()) {
         text += &wrapped(0, 2, told);
     }
-    file.chosen_first().for_each(|one| text += &parameters(one, file.intervals));
+    let with_results = file.chosen_first().filter(|one| one.calibrated > 0);
+    with_results.for_each(|one| text += &parameters(one, file.intervals));
     if let Some(note) = &file.note {
         text += &wrapped(0, 2, note);
     }
