@@ -12,6 +12,7 @@ use crate::fleet::{
     Comparison, EVALUATIONS_PER_PARAMETER, Overview, Pair, Row, Rule, SCHEMA_VERSION, Settings, overview,
 };
 use crate::identify::{SHORT, SHORT_S};
+use crate::result::ExtensionEntry;
 use crate::trajectory::Source;
 use indexmap::IndexMap;
 
@@ -50,6 +51,9 @@ pub struct FleetFile {
     pub bounds: IndexMap<String, IndexMap<String, [f64; 2]>>,
     /// The source of the bounds.
     pub bounds_from: String,
+    /// Laws and causes of the models that are not built in, with their texts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub own: Vec<ExtensionEntry>,
     /// Rule of the comparison; files of earlier versions lack it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared_by: Option<Rule>,
@@ -90,6 +94,15 @@ impl FleetFile {
         let bounds = settings.models.iter().map(|model| {
             (model.variant.name(), model.overrides.iter().map(|(name, ends)| (name.clone(), *ends)).collect())
         });
+        let mut own: Vec<ExtensionEntry> = Vec::new();
+        for extension in
+            settings.models.iter().flat_map(|model| model.variant.law().into_iter().chain(model.variant.causes()))
+        {
+            let entry = ExtensionEntry::of(extension);
+            if entry.text.is_some() && !own.contains(&entry) {
+                own.push(entry);
+            }
+        }
         let mut drives = pairs.iter().filter_map(|pair| pair.drive.as_ref().ok());
         let short =
             settings.intervals && drives.any(|drive| drive.trajectory.len() as f64 * drive.trajectory.dt < SHORT_S);
@@ -113,6 +126,7 @@ impl FleetFile {
             note: short.then(|| SHORT.to_owned()),
             bounds: bounds.collect(),
             bounds_from,
+            own,
             compared_by: Some(comparison.rule),
             holdout,
             overview: overview(pairs, settings, rows, comparison),
