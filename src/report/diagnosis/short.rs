@@ -77,7 +77,7 @@ fn unexplained(outcome: &Outcome) -> String {
         let (size, time) = (noise.sigma_d_mps2, noise.tau_d_s);
         text += &format!(" An acceleration of {size:.2} m/s² with a time constant of {time:.0} s remains unexplained.");
         if let Some(r) = outcome.missing.as_ref().and_then(Profiles::repeats) {
-            let untried = outcome.not_tried.iter().any(|entry| entry.name == GRADE);
+            let untried = outcome.not_tried.iter().any(|entry| needs_grade(&entry.name));
             let remedy = if untried { ", as on slopes: give the grade of the road (--grade)" } else { "" };
             text +=
                 &format!(" It repeats at the same places of the road in other drives (correlation {r:.2}){remedy}.");
@@ -89,8 +89,11 @@ fn unexplained(outcome: &Outcome) -> String {
     text
 }
 
-/// The cause that needs the grade of the road.
-const GRADE: &str = "grade";
+/// True for a built-in cause that reads the grade of the road.
+fn needs_grade(cause: &str) -> bool {
+    let own = library().iter().find(|extension| extension.name == cause);
+    own.is_some_and(|extension| extension.reads.iter().any(|read| read == "sin_grade"))
+}
 
 /// Smallest acceleration worth reporting \[m/s²\]: it is printed as 0.01.
 const LEAST_UNEXPLAINED: f64 = 0.005;
