@@ -19,6 +19,11 @@ use std::path::{Path, PathBuf};
 
 /// The kind of noise, by its name.
 const NOISY: &str = FindingKind::Noisy.into_str();
+/// True if one of these kinds of faults makes parameters doubtful. Noise of the acceleration does not; it has a separate warning.
+pub(crate) fn are_implausible(kinds: &str) -> bool {
+    kinds.split(' ').any(|kind| !kind.is_empty() && kind != NOISY)
+}
+
 /// Doubtful pairs that are named.
 const DOUBTFUL_NAMED: usize = 20;
 
@@ -129,9 +134,7 @@ impl Pairs {
 
     /// Number of pairs with doubtful data, their names, and the fault of the first.
     pub(crate) fn doubtful(&self) -> Option<String> {
-        // Noise of an acceleration has a separate warning.
-        let is_doubtful = |pair: &&Pair| pair.doubts().split(' ').any(|kind| !kind.is_empty() && kind != NOISY);
-        let doubtful: Vec<&Pair> = self.pairs.iter().filter(is_doubtful).collect();
+        let doubtful: Vec<&Pair> = self.pairs.iter().filter(|pair| are_implausible(&pair.doubts())).collect();
         let first = doubtful.first()?;
         let named: Vec<String> =
             doubtful.iter().take(DOUBTFUL_NAMED).map(|pair| format!("{} ({})", pair.place(), pair.doubts())).collect();

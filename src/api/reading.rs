@@ -478,11 +478,20 @@ impl Reading {
             }
         }
         if count > 1 && self.segment.is_none() {
-            warn(format!(
-                "{path}: {count} segments, of which only the longest, number {}, is used; the longest are {listed}; \
-                 --segment or --trajectory choose another, a longer --max-gap interpolates more",
-                index + 1
-            ));
+            let ids: Vec<&str> = segments.iter().filter_map(|segment| segment.id.as_deref()).collect();
+            let are_whole = ids.len() == count && ids.windows(2).all(|pair| pair[0] != pair[1]);
+            warn(match segments[index].id.as_deref().filter(|_| are_whole) {
+                Some(longest) => format!(
+                    "{path}: {count} trajectories ({}), of which only the longest, {longest}, is used; --trajectory chooses others: several \
+                     for a diagnosis or a joint calibration, or one",
+                    first_few(&ids)
+                ),
+                None => format!(
+                    "{path}: {count} segments, of which only the longest, number {}, is used; the longest are {listed}; \
+                     --segment or --trajectory choose another, a longer --max-gap interpolates more",
+                    index + 1
+                ),
+            });
         }
         let chosen = segments.swap_remove(index);
         chosen.faults().for_each(|fault| warn(format!("{}: {fault}", chosen.source.path)));
@@ -511,6 +520,14 @@ impl Reading {
         }
         Ok(Vehicle::called(&trajectory.name).map(|v| (v.clone(), v.slug)))
     }
+}
+
+/// Number of ids that a message names.
+const IDS_NAMED: usize = 10;
+
+fn first_few(ids: &[&str]) -> String {
+    let named = ids[..IDS_NAMED.min(ids.len())].join(",");
+    if ids.len() > IDS_NAMED { named + ",..." } else { named }
 }
 
 /// True if the user has to name the follower. Groups are drives: of several, the longest is taken.

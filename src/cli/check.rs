@@ -1,7 +1,9 @@
 //! `leadlag check`: checks whether a file is a law or an extension, and shows its contents.
 
 use super::{Usage, output};
+use crate::api::bounds::read_bounds;
 use crate::api::extension::find;
+use crate::calibrate::Overrides;
 use crate::catalog::{BASES, Variant};
 use crate::convention::Radicand;
 use crate::extension::Extension;
@@ -25,6 +27,9 @@ pub struct Args {
     /// Plot the commanded acceleration of a law over spacing, speed and speed difference, with parameters at mid-range
     #[arg(long, conflicts_with = "json")]
     plot: bool,
+    /// Bounds to show, and to plot at the middle of: acc, human or a TOML file; may be given several times [default: acc]
+    #[arg(long, value_name = "acc|human|FILE.toml")]
+    bounds: Vec<String>,
     /// Print JSON
     #[arg(long)]
     json: bool,
@@ -36,6 +41,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     for file in &args.files {
         let extension = find(&file.display().to_string())?;
         let bases = fitting_bases(extension)?;
+        let bounds = read_bounds(&args.bounds, &with(extension, bases[0])?)?;
         if args.plot && !extension.is_law() {
             let message = format!("--plot shows laws, and {} is an extension of other laws", extension.name);
             return Err(Usage(message).into());
@@ -45,14 +51,14 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "name": extension.name,
             "kind": kind(extension),
             "meaning": extension.meaning,
-            "parameters": extension.parameters.iter().map(|p| parameter(*p)).collect::<Vec<_>>(),
+            "parameters": extension.parameters.iter().map(|p| parameter(*p, &bounds)).collect::<Vec<_>>(),
             "stages": extension.stages.iter().map(|s| s.stage.into_str()).collect::<Vec<_>>(),
             "remembers": extension.state.iter().map(|(name, _)| name).collect::<Vec<_>>(),
             "reads": extension.reads,
             "bases": bases,
             "warnings": extension.warnings,
         }));
-        text += &described(extension, &bases)?;
+        text += &described(extension, &bases, &bounds)?;
     }
     if args.json {
         return output::print_json(&entries);
@@ -61,7 +67,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if args.plot {
         for file in &args.files {
             let law = find(&file.display().to_string())?;
-            plot(law)?;
+            plot(law, &args.bounds)?;
         }
     }
     Ok(())
@@ -83,12 +89,14 @@ const DIFFERENCES_MPS: [(&str, f64); 3] = [("as fast", 0.0), ("3 m/s slower", -3
 const LONGEST_M: usize = 100;
 
 /// Draws the accelerations that a law commands.
-fn plot(law: &'static Extension) -> anyhow::Result<()> {
+fn plot(law: &'static Extension, bounds: &[String]) -> anyhow::Result<()> {
     let variant = Variant::of_law(law);
+    let overrides = read_bounds(bounds, &variant)?;
     let recipe = Recipe { variant, precision: Precision::Plain, radicand: Radicand::Measured, observed: true };
     let source = Source::model(&recipe);
     let function = Function::compile(&source, &crate::wgsl::check(&source)?, "law_at")?;
-    let values: Vec<(Symbol, f64)> = variant.parameters().into_iter().map(|symbol| (symbol, middle(symbol))).collect();
+    let values: Vec<(Symbol, f64)> =
+        variant.parameters().into_iter().map(|symbol| (symbol, middle(bounds_of(symbol, &overrides)))).collect();
     let at = |s: f64, v: f64, v_l: f64| {
         let input = |path: &String| match path.as_str() {
             "s" => s,
@@ -118,11 +126,11 @@ fn plot(law: &'static Extension) -> anyhow::Result<()> {
 const SHOWN_MPS2: f64 = 6.0;
 
 /// The middle of the bounds of a parameter; of wide ones the geometric one.
-fn middle(symbol: Symbol) -> f64 {
+fn middle(bounds: Option<[f64; 2]>) -> f64 {
     let middle = |[lower, upper]: [f64; 2]| {
         if lower > 0.0 && upper > 10.0 * lower { (lower * upper).sqrt() } else { f64::midpoint(lower, upper) }
     };
-    bounds(symbol).map_or(0.0, middle)
+    bounds.map_or(0.0, middle)
 }
 
 /// The base models that an extension fits, or the parts that a law can have; an error if it fits none.
@@ -147,29 +155,35 @@ const LAW_PARTS: &str = "+delay+linear+mfc";
 
 /// Compiles an extension with a base model, or a law with parts.
 fn fit(extension: &'static Extension, name: &str) -> anyhow::Result<()> {
-    let variant = match extension.is_law() {
-        true => Variant::named(&format!("{}{name}", extension.name), &[extension])?,
-        false => name.parse::<Variant>()?.with(extension)?,
-    };
+    let variant = with(extension, name)?;
     let recipe = Recipe { variant, precision: Precision::Plain, radicand: Radicand::Measured, observed: true };
     Ok(check_model(&recipe)?)
 }
 
-fn bounds(symbol: Symbol) -> Option<[f64; 2]> {
+/// A base model with an extension, or a law with parts.
+fn with(extension: &'static Extension, name: &str) -> anyhow::Result<Variant> {
+    Ok(match extension.is_law() {
+        true => Variant::named(&format!("{}{name}", extension.name), &[extension])?,
+        false => name.parse::<Variant>()?.with(extension)?,
+    })
+}
+
+fn bounds_of(symbol: Symbol, overrides: &Overrides) -> Option<[f64; 2]> {
     match symbol.bounds() {
+        _ if overrides.contains_key(symbol.name()) => overrides.get(symbol.name()).copied(),
         Bounds::Fixed(lower, upper) => Some([lower, upper]),
         Bounds::PerVehicle => None,
     }
 }
 
-fn parameter(symbol: Symbol) -> serde_json::Value {
+fn parameter(symbol: Symbol, overrides: &Overrides) -> serde_json::Value {
     json!({
-        "name": symbol.name(), "unit": symbol.unit(), "meaning": symbol.meaning(), "bounds": bounds(symbol),
+        "name": symbol.name(), "unit": symbol.unit(), "meaning": symbol.meaning(), "bounds": bounds_of(symbol, overrides),
         "neutral": symbol.neutral(),
     })
 }
 
-fn described(extension: &Extension, bases: &[&str]) -> Result<String, std::fmt::Error> {
+fn described(extension: &Extension, bases: &[&str], overrides: &Overrides) -> Result<String, std::fmt::Error> {
     let mut text = String::new();
     writeln!(text, "{}: valid, a {}", extension.name, kind(extension))?;
     if !extension.meaning.is_empty() {
@@ -179,7 +193,7 @@ fn described(extension: &Extension, bases: &[&str]) -> Result<String, std::fmt::
         text += &wrapped(2, 2, reference);
     }
     for symbol in &extension.parameters {
-        let [lower, upper] = bounds(*symbol).unwrap_or_default();
+        let [lower, upper] = bounds_of(*symbol, overrides).unwrap_or_default();
         let neutral = symbol.neutral().map_or(String::new(), |x| format!(", neutral at {x}"));
         let (name, unit) = (symbol.name(), symbol.unit());
         text += &wrapped(2, 4, &format!("{name} [{unit}] {lower} to {upper}{neutral}: {}", symbol.meaning()));

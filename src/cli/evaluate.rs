@@ -105,6 +105,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let preparation = Preparation { grade, smooth: args.smooth, correct: args.correct, ..Preparation::default() };
     let columns = args.columns.as_deref().map(column_map).transpose()?;
     let mut library = Library::open(args.data.as_deref(), layout, columns, preparation)?;
+    for (file, one) in of_fleet.iter().flat_map(|file| file.overview.iter().map(move |one| (file, one))) {
+        // A row of another model says that it is unknown.
+        if let Ok((variant, delay_upper)) = fleet_row::model(file, &one.model) {
+            library.know(one.model.clone(), variant, delay_upper);
+        }
+    }
     let shown = cases.display().to_string();
     let input = File::open(&cases).with_context(|| format!("{shown}: cannot open the cases"))?;
     // Replaces the old file when complete, because it may be the file that is being read.

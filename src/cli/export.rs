@@ -5,6 +5,7 @@ use super::data::result_file;
 use super::fleet_row;
 use super::folder::{finish, part};
 use super::{Usage, output};
+use crate::api::fleet::are_implausible;
 use crate::report::text::wrapped;
 use crate::result::ResultFile;
 use crate::sumo::{self, Distribution, Drive, Export, Loss, Model, Motion, VehicleType};
@@ -129,8 +130,8 @@ fn fleet(args: &SumoArgs, folder: &Path, asked: Option<Model>) -> anyhow::Result
             Usage("--sumo: leadlag runs SUMO behind the leader of one result, not for a fleet".to_owned()).into()
         );
     }
-    let (sound, doubtful): (Vec<_>, Vec<_>) =
-        fleet_row::of_all(folder)?.into_iter().partition(|(row, _)| row.findings.is_empty());
+    let (doubtful, sound): (Vec<_>, Vec<_>) =
+        fleet_row::of_all(folder)?.into_iter().partition(|(row, _)| are_implausible(&row.findings));
     let left_out: Vec<String> =
         doubtful.iter().map(|(row, _)| format!("{} ({})", row.label, row.findings.replace(' ', ", "))).collect();
     let Some((first, _)) = sound.first() else {

@@ -6,8 +6,9 @@ use super::folder::FLEET;
 use super::report::fleet::rows;
 use crate::catalog::Variant;
 use crate::evaluator::Case;
+use crate::extension::Extension;
 use crate::report::fleet::{FleetFile, Shown};
-use crate::result::read_bounded;
+use crate::result::{ExtensionEntry, read_bounded};
 use crate::simulate::CalibratedVariant;
 use crate::symbols::{Parameters, Symbol};
 use crate::text::spelling::did_you_mean;
@@ -80,13 +81,7 @@ pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::R
 fn calibrated(folder: &Path, file: &FleetFile, row: &Shown) -> anyhow::Result<CalibratedVariant> {
     let (path, table) = (folder.join(FLEET), folder.join(TABLE));
     let own = file.chosen().with_context(|| format!("{}: expected a model, found none", path.display()))?;
-    let variant = variant(&own.model).with_context(|| {
-        format!(
-            "{}: expected a built-in model, found {}; a fleet does not keep the text of your own laws and causes: calibrate this driver separately",
-            path.display(),
-            own.model
-        )
-    })?;
+    let (variant, extension_delay_upper) = model(file, &own.model).with_context(|| path.display().to_string())?;
     let mut parameters = Parameters::NONE;
     for symbol in variant.parameters() {
         let place = own.parameters.iter().position(|parameter| parameter.name == symbol.name());
@@ -99,26 +94,33 @@ fn calibrated(folder: &Path, file: &FleetFile, row: &Shown) -> anyhow::Result<Ca
         );
     }
     let convention = file.convention.parse()?;
-    let bounds = file.bounds.get(&own.model);
-    let upper = |symbol: Symbol| {
-        let given = bounds.and_then(|bounds| bounds.get(symbol.name())).copied();
-        given.or_else(|| Case::bounds(symbol, None, convention)).map(|[_, upper]| upper)
-    };
-    Ok(CalibratedVariant {
-        variant,
-        convention,
-        parameters,
-        tau_p_upper: if variant.delay { upper(Symbol::tau_p).unwrap_or(0.0) } else { 0.0 },
-        extension_delay_upper: variant.extensions.delay().and_then(upper),
-        history_s: None,
-    })
+    let tau_p_upper = if variant.delay { upper(file, &own.model, Symbol::tau_p).unwrap_or(0.0) } else { 0.0 };
+    Ok(CalibratedVariant { variant, convention, parameters, tau_p_upper, extension_delay_upper, history_s: None })
 }
 
-/// A model by its name, followed by built-in causes.
-fn variant(name: &str) -> Option<Variant> {
-    if let Ok(variant) = name.parse() {
+/// The upper bound of a parameter of a model.
+fn upper(file: &FleetFile, model: &str, symbol: Symbol) -> Option<f64> {
+    let given = file.bounds.get(model).and_then(|bounds| bounds.get(symbol.name())).copied();
+    given.or_else(|| Case::bounds(symbol, None, file.convention.parse().ok()?)).map(|[_, upper]| upper)
+}
+
+/// A model of a fleet by its name, and the upper bound of the delay of its extensions \[s\].
+pub fn model(file: &FleetFile, name: &str) -> anyhow::Result<(Variant, Option<f64>)> {
+    let own = file.own.iter().map(ExtensionEntry::read).collect::<Result<Vec<_>, _>>()?;
+    let variant = variant(name, &own).with_context(|| {
+        format!(
+            "expected a built-in model or one whose texts are in the key own, found {name}: calibrate the fleet again"
+        )
+    })?;
+    Ok((variant, variant.extensions.delay().and_then(|symbol| upper(file, name, symbol))))
+}
+
+/// A model by its name, followed by causes; `own` are not built in.
+fn variant(name: &str, own: &[&'static Extension]) -> Option<Variant> {
+    if let Ok(variant) = Variant::named(name, own).or_else(|_| name.parse()) {
         return Some(variant);
     }
-    let (before, cause) = name.rsplit_once('+')?;
-    variant(before)?.with(extension_named(cause)?).ok()
+    let (before, last) = name.rsplit_once('+')?;
+    let cause = own.iter().copied().find(|own| own.name == last).or_else(|| extension_named(last))?;
+    variant(before, own)?.with(cause).ok()
 }

@@ -1,7 +1,9 @@
 //! `leadlag list`: variants, parameters, causes, vehicles, goodness-of-fit functions, conventions.
 
 use super::{Usage, output};
+use crate::api::bounds::read_bounds;
 use crate::api::model::{known, model};
+use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluator::Case;
@@ -26,6 +28,9 @@ pub struct Args {
     /// Vehicle whose road loads are bounded: a built-in one or FILE#NAME
     #[arg(long, value_name = "NAME|FILE#NAME")]
     vehicle: Option<String>,
+    /// Bounds to show: acc, human or a TOML file; may be given several times [default: acc]
+    #[arg(long, value_name = "acc|human|FILE.toml")]
+    bounds: Vec<String>,
     /// Convention of the bounds
     #[arg(long, default_value = "paper")]
     convention: Convention,
@@ -38,7 +43,7 @@ pub struct Args {
 enum Topic {
     /// The ninety variants of Table 1
     Variants,
-    /// Calibration parameters with units and the bounds of Table 3
+    /// Calibration parameters with units and bounds
     Parameters,
     /// Built-in laws: base models that are not in the paper
     Laws,
@@ -58,9 +63,9 @@ enum Topic {
 type Entry = (Value, String);
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let narrowed = args.model.is_some() || args.vehicle.is_some();
+    let narrowed = args.model.is_some() || args.vehicle.is_some() || !args.bounds.is_empty();
     if narrowed && !matches!(args.topic, Topic::Parameters) {
-        return Err(Usage("--model and --vehicle need `leadlag list parameters`".to_owned()).into());
+        return Err(Usage("--model, --vehicle and --bounds need `leadlag list parameters`".to_owned()).into());
     }
     let entries = match args.topic {
         Topic::Variants => Variant::all().map(|v| variant(&v)).collect(),
@@ -93,8 +98,13 @@ fn parameters(args: &Args) -> anyhow::Result<Vec<Entry>> {
     let vehicle = args.vehicle.as_deref().map(|text| crate::vehicle::find_for(text, false)).transpose()?;
     let asked = args.model.as_deref().map(model).transpose()?;
     let symbols = asked.map_or_else(|| Symbol::ALL.to_vec(), |m| m.parameters());
+    let mut own = Overrides::new();
+    for variant in asked.map_or_else(|| Variant::all().collect(), |model| vec![model]) {
+        own.extend(read_bounds(&args.bounds, &variant)?);
+    }
     let entry = |symbol: Symbol| {
-        let bounds = Case::bounds(symbol, vehicle.as_ref(), args.convention);
+        let of_table = || Case::bounds(symbol, vehicle.as_ref(), args.convention);
+        let bounds = own.get(symbol.name()).copied().or_else(of_table);
         let shown = bounds.map_or("by --vehicle".to_owned(), |[lower, upper]| format!("{lower:.5} .. {upper:.5}"));
         let value = json!({
             "name": symbol.name(), "paper": symbol.paper(), "unit": symbol.unit(), "bounds": bounds,

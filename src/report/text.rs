@@ -1,6 +1,10 @@
 //! A calibration as text for a terminal of 80 columns.
 
-use crate::result::{CorrelationEntry, DriveScore, IdentifiabilityEntry, ReplicateEntry, ResultFile, Scores};
+use crate::result::diagnosis::FindingEntry;
+use crate::result::{
+    CorrelationEntry, DataEntry, DriveScore, IdentifiabilityEntry, ReplicateEntry, ResultFile, Scores,
+};
+use crate::trajectory::driver_id;
 use std::fmt::Write;
 use textwrap::{Options, WordSplitter};
 
@@ -77,12 +81,9 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     if let Some(cv) = result.cv {
         writeln!(text, "             coefficient of variation over replicates {:.3} %", 100.0 * cv)?;
     }
-    for data in &result.data {
-        for finding in data.findings.iter().filter(|finding| finding.matters) {
-            let what = finding.correction.as_ref().map_or_else(|| finding.told(), Clone::clone);
-            text.push('\n');
-            text.push_str(&wrapped(0, 2, &format!("DATA {}: {what}", finding.name.to_uppercase())));
-        }
+    for (finding, on, told) in faults(&result.data) {
+        text.push('\n');
+        text.push_str(&wrapped(0, 2, &format!("DATA {}{on}: {told}", finding.name.to_uppercase())));
     }
     if let Some(changes) = changes(result) {
         text.push_str(&wrapped(0, 2, &changes));
@@ -110,6 +111,28 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         }
     }
     Ok(())
+}
+
+/// The faults of the data, each kind once, of several drives with the same fault the first: kind, drives that have it, and the fault.
+pub(in crate::internal::report) fn faults(data: &[DataEntry]) -> Vec<(&FindingEntry, String, String)> {
+    let matter = |data: &'_ DataEntry, name: &str| data.findings.iter().any(|f| f.matters && f.name == name);
+    let mut told: Vec<(&FindingEntry, String, String)> = Vec::new();
+    for drive in data {
+        for finding in drive.findings.iter().filter(|finding| finding.matters) {
+            if data.len() > 1 && told.iter().any(|(known, ..)| known.name == finding.name) {
+                continue;
+            }
+            let with = data.iter().filter(|data| matter(data, &finding.name)).count();
+            let on = match data.len() {
+                1 => String::new(),
+                all => {
+                    format!(" on {with} of {all} drives, here {}", driver_id(&drive.name, None).unwrap_or(&drive.path))
+                }
+            };
+            told.push((finding, on, finding.correction.as_ref().map_or_else(|| finding.told(), Clone::clone)));
+        }
+    }
+    told
 }
 
 /// Scores of several drives, and the worst of them.
@@ -188,7 +211,8 @@ fn write_parameters(text: &mut String, result: &ResultFile) -> std::fmt::Result 
         text.push_str(&wrapped(0, row.chars().count(), &format!("{row}{meaning}")));
     }
     if let Some(drivers) = &result.drivers {
-        text.push_str(&wrapped(0, 2, &format!("\nNOT ONE DRIVER: {drivers}")));
+        text.push('\n');
+        text.push_str(&wrapped(0, 2, &format!("NOT ONE DRIVER: {drivers}")));
     }
     if !result.at_bound.is_empty() {
         // Bounds of cars with adaptive cruise control, of Table 3 or as requested.
@@ -221,7 +245,8 @@ fn write_identifiability(
 ) -> std::fmt::Result {
     let confidence = format!("{:.0} % interval", 100.0 * identifiability.confidence);
     if let Some(note) = identifiability.note.as_ref().filter(|_| identifiability.parameters.is_empty()) {
-        text.push_str(&wrapped(0, 2, &format!("\nno {confidence}s: {note}")));
+        text.push('\n');
+        text.push_str(&wrapped(0, 2, &format!("no {confidence}s: {note}")));
         return Ok(());
     }
     writeln!(text, "\n{:<10}{confidence:>24}{:>14}  goes with", "parameter", "eff. samples")?;

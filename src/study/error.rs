@@ -169,7 +169,7 @@ pub enum DriveError {
     },
     /// Several trajectories, of which a study needs one.
     #[error(
-        "platoon {platoon} follower {follower}: {count} trajectories ({}); choose one with trajectory = \"ID\", or cut one out with from_s and to_s if long gaps split the file",
+        "platoon {platoon} follower {follower}: {count} trajectories ({}); take all with trajectories = \"all\", choose one with trajectory = \"ID\", or cut one out with from_s and to_s if long gaps split the file",
         labels.join(", ")
     )]
     Several {

@@ -14,7 +14,7 @@ pub(crate) fn fingerprint(trajectory: &Trajectory, vehicle: Option<&Vehicle>) ->
     // All fields, so that a new signal of trajectories must be hashed, too.
     #[rustfmt::skip]
     let Trajectory {
-        label: _, source: _, follower: _, name: _, id: _, notes: _,
+        label: _, source: _, follower: _, name: _, id: _, notes: _, is_placed: _,
         dt, dt_raw, t, x_l, v_l, len_l, x_f, v_f, s, v_l2, s_l2, grade,
     } = trajectory;
     add(&[*dt, *dt_raw, *len_l]);

@@ -25,6 +25,7 @@ pub fn trajectory(label: impl Into<String>, dt: f64, leader: Way, follower: Way)
         v_l: leader.v,
         len_l: 5.0,
         x_f: follower.x,
+        is_placed: false,
         v_f: follower.v,
         v_l2: None,
         s_l2: None,

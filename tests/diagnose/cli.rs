@@ -1,8 +1,10 @@
 //! `leadlag diagnose` as a program: its JSON, its text, its files, its exit codes.
 
 use crate::common::program::{fails, leadlag, ok, scratch};
+use leadlag::internal::optimize::{normal, stream};
 use leadlag::internal::result::diagnosis::Outcome;
 use serde_json::Value;
+use std::fmt::Write;
 use std::fs;
 use std::path::Path;
 
@@ -36,6 +38,57 @@ fn scaled_in(path: &str, columns: &[usize], factor: f64) -> String {
     let to = path.replace(".csv", "_scaled.csv");
     fs::write(&to, changed.collect::<String>()).expect("writable");
     to
+}
+
+/// An IDM driver who compensates for this share of the slopes, behind his leader, with positions and without the grade.
+fn on_slopes(folder: &Path, seed: u64, compensated: f64) -> String {
+    let mut rng = stream(seed, 0, 0, 0);
+    let mut table = "time_s,lead_speed_mps,speed_mps,spacing_m,lead_position_m\n".to_owned();
+    let (mut v_l, mut v, mut s, mut x, mut gusts) = (15.0, 15.0, 26.0, 40.0 * seed as f64, 0.0);
+    for k in 0..3000 {
+        let t = f64::from(k) * 0.1;
+        let [seen_l, seen, gap] = [v_l, v, s].map(|x| x + 0.02 * normal(&mut rng));
+        writeln!(table, "{t:.1},{:.3},{:.3},{gap:.3},{:.2}", seen_l.max(0.0), seen.max(0.0), x + s)
+            .expect("a String takes all");
+        gusts = 0.93 * gusts + 0.02 * normal(&mut rng);
+        let slope = 0.03 * (x / 250.0).sin() + 0.02 * (x / 97.0 + 1.0).sin() + 0.015 * (x / 170.0 + 2.0).cos();
+        let wanted = 2.5 + (1.3 * v + v * (v - v_l) / (2.0 * 1.4_f64.sqrt() * 1.5_f64.sqrt())).max(0.0);
+        let a =
+            1.4 * (1.0 - (v / 33.0_f64).powi(4) - (wanted / s).powi(2)) + gusts - (1.0 - compensated) * 9.81 * slope;
+        let ahead = 15.0 + 5.0 * (t / 11.0 + 2.0 * seed as f64).sin() + 3.0 * (t / 4.7 + seed as f64).cos();
+        let next_l: f64 = v_l + 0.1 * (ahead - v_l).clamp(-2.0, 1.5);
+        let next = (v + 0.1 * a).max(0.0);
+        s += 0.05 * (v_l + next_l - v - next);
+        x += 0.05 * (v + next);
+        (v_l, v) = (next_l, next);
+    }
+    let path = folder.join(format!("slopes{seed}.csv"));
+    fs::write(&path, table).expect("room");
+    path.to_str().expect("UTF-8").to_owned()
+}
+
+#[test]
+fn errors_that_repeat_by_place_are_told_first() {
+    let folder = scratch("diagnose_cli", "by_place");
+    let first = |paths: &[String]| {
+        let said = ok(&["diagnose", "--data", &paths.join(","), "--base", "idm", "--effort", "quick"]);
+        said.split("\n\n").next().expect("a paragraph").replace("\n  ", " ")
+    };
+    let hidden = [1, 2, 3].map(|seed| on_slopes(&folder, seed, 0.5));
+    let said = first(&hidden);
+    assert!(said.contains("repeats at the same places of the road in other drives (correlation 0."), "{said}");
+    assert!(said.contains("as on slopes: give the grade of the road (--grade)"), "{said}");
+    assert!(said.contains("Not tried: ") && said.contains("grade (needs the road grade)"), "{said}");
+    let said = first(&[4, 5].map(|seed| on_slopes(&folder, seed, 1.0)));
+    assert!(!said.contains("same places"), "{said}");
+    // Without positions nothing is known about places.
+    for path in &hidden {
+        let text = fs::read_to_string(path).expect("written");
+        let without = text.lines().map(|line| line.rsplit_once(',').expect("five columns").0.to_owned() + "\n");
+        fs::write(path, without.collect::<String>()).expect("writable");
+    }
+    let said = first(&hidden[..2]);
+    assert!(said.contains("grade (needs the road grade)") && !said.contains("same places"), "{said}");
 }
 
 #[test]

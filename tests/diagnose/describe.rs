@@ -110,6 +110,34 @@ fn the_missing_acceleration_follows_the_grade_and_the_place() {
     assert!(profile("acceleration of the car ahead").explained < 0.05);
 }
 
+/// Slow errors of unrelated drives: their profiles by place often resemble each other by chance.
+#[test]
+fn what_is_slow_does_not_repeat_by_place() {
+    let mut repeating = 0;
+    for seed in 1..=60 {
+        let scenes = [scene(seed), scene(seed + 100)];
+        let mut random = noise(seed + 500);
+        let mut slow = 0.0;
+        let d: Vec<Vec<f64>> = scenes
+            .iter()
+            .map(|scene| {
+                let mut next = || {
+                    slow = 0.995 * slow + 0.02 * random();
+                    slow
+                };
+                // One lap, so that nothing is averaged.
+                (0..scene.len()).map(|i| if i < 1200 { next() } else { f64::NAN }).collect()
+            })
+            .collect();
+        let missing: Vec<Missing> =
+            scenes.iter().zip(&d).map(|(scene, d)| Missing { scene, d, gap_error: None }).collect();
+        let found = profiles(&missing).expect("there is d");
+        assert!(found.repeats_by_chance.expect("two drives on one lap") > 0.1, "seed {seed}");
+        repeating += usize::from(found.repeats().is_some());
+    }
+    assert!(repeating <= 3, "{repeating} of 60");
+}
+
 #[test]
 fn noise_depends_on_nothing() {
     for seed in 1..=8 {
@@ -401,7 +429,11 @@ fn only_neighbouring_classes_are_joined_by_a_line() {
     let drawn = |numbers: &[usize]| {
         let classes = numbers.iter().map(|number| class(*number)).collect();
         let profile = Profile { name: "place".to_owned(), unit: "m".to_owned(), classes, explained: 0.5, chi2: 9.0 };
-        let svg = pictures::missing("", &Profiles { rms: 0.1, profiles: vec![profile], repeats_by_place: None }, None);
+        let svg = pictures::missing(
+            "",
+            &Profiles { rms: 0.1, profiles: vec![profile], repeats_by_place: None, repeats_by_chance: None },
+            None,
+        );
         (svg.matches("<polyline").count(), svg.matches("<circle").count())
     };
     let (whole, split) = (drawn(&[0, 1, 2, 3]), drawn(&[0, 1, 5, 6, 9]));

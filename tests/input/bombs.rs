@@ -1,6 +1,7 @@
 //! Tables that would take far more memory or time than their files suggest, and columns that no reader can convert to text: each is refused
 //! at once, or read as if the column were absent.
 
+use crate::common::parquet_table::with_drivers;
 use cpu_time::ThreadTime;
 use leadlag::internal::trajectory::import;
 use parquet::basic::{Compression, Encoding};
@@ -8,7 +9,7 @@ use parquet::data_type::{
     ByteArray, ByteArrayType, DataType, DoubleType, FixedLenByteArray, FixedLenByteArrayType, Int32Type,
 };
 use parquet::file::metadata::ParquetMetaDataWriter;
-use parquet::file::properties::WriterProperties;
+use parquet::file::properties::{WriterProperties, WriterVersion};
 use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::file::writer::SerializedFileWriter;
 use std::io::Write;
@@ -131,17 +132,41 @@ fn a_page_is_not_believed_what_it_claims() {
     }
 }
 
-/// The library allocates as many lengths as the page declares, and aborts the program without that memory.
+/// Text as its difference from the previous value, as some writers store it: with missing values, over several pages and blocks, in both
+/// versions of the format.
 #[test]
-fn text_by_its_changes_is_refused() {
-    for encoding in [Encoding::DELTA_BYTE_ARRAY, Encoding::DELTA_LENGTH_BYTE_ARRAY] {
-        let properties = WriterProperties::builder()
-            .set_dictionary_enabled(false)
-            .set_column_encoding("car".into(), encoding)
-            .build();
-        let file = table::<ByteArrayType>("binary car (UTF8)", ByteArray::from("D01"), properties);
-        is_refused("text.parquet", &file, "which leadlag does not read; expected plain or dictionary encoding");
+fn text_by_its_changes_is_read() {
+    let driver = |k: usize| format!("driver {k:03}{}", "x".repeat(k % 3));
+    let drivers: Vec<Option<String>> = (0..1000).map(|row| (row % 7 != 3).then(|| driver(row / 50))).collect();
+    let folder = tempfile::tempdir().expect("a folder");
+    let notes = |encoding: Encoding, version: WriterVersion| {
+        let path = folder.path().join("pairs.parquet");
+        std::fs::write(&path, with_drivers(&drivers, encoding, version)).expect("room");
+        let recording = import::read(&path, None).unwrap_or_else(|error| panic!("{encoding}: {error:?}"));
+        format!("{:?}", recording.platoons[0].notes)
+    };
+    let expected = notes(Encoding::PLAIN, WriterVersion::PARQUET_1_0);
+    assert!((0..20).all(|k| expected.contains(&driver(k))), "{expected}");
+    for version in [WriterVersion::PARQUET_1_0, WriterVersion::PARQUET_2_0] {
+        for encoding in [Encoding::DELTA_BYTE_ARRAY, Encoding::DELTA_LENGTH_BYTE_ARRAY] {
+            assert_eq!(notes(encoding, version), expected, "{encoding} {version:?}");
+        }
     }
+}
+
+#[test]
+fn bytes_of_fixed_length_by_their_changes_are_refused() {
+    let properties = WriterProperties::builder()
+        .set_dictionary_enabled(false)
+        .set_column_encoding("car".into(), Encoding::DELTA_BYTE_ARRAY)
+        .build();
+    let value = FixedLenByteArray::from(vec![65; 4]);
+    let file = table::<FixedLenByteArrayType>("fixed_len_byte_array(4) car", value, properties);
+    is_refused(
+        "fixed.parquet",
+        &file,
+        "column \"car\": it has the encoding DELTA_BYTE_ARRAY, which leadlag reads of text only",
+    );
 }
 
 /// The library meets it with a panic, whose message reaches the user.

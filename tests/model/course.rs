@@ -72,6 +72,7 @@ fn behind(v: &[f64]) -> Case {
         v_l: v.to_vec(),
         len_l: 5.0,
         x_f,
+        is_placed: false,
         v_f: v.to_vec(),
         s: vec![20.0; v.len()],
         v_l2: None,

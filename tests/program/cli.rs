@@ -331,6 +331,7 @@ fn wrong_usage_exits_with_2_and_failure_with_1() {
             calibrate(&["--model", "idm", "--follower", "1", "--from", "10", "--to", "5"]),
             "--to 5 lies before --from 10",
         ),
+        (2, calibrate(&["--model", "idm", "--joint", "--each"]), "cannot be used with"),
         (2, fails(&["list", "variants", "--model", "3"]), "need `leadlag list parameters`"),
         (
             1,

@@ -77,6 +77,45 @@ fn a_fleet_is_evaluated_on_its_own_drives_and_on_others() {
     assert!(said.contains("platoon elsewhere") && said.contains("--data"), "{said}");
 }
 
+/// A table of several drivers is not a drive with gaps.
+#[test]
+fn one_trajectory_of_several_says_how_to_take_the_others() {
+    let folder = scratch("fleet_use", "one_of_several");
+    let (table, out) = (folder.join("pairs.csv"), folder.join("fit"));
+    fs::write(&table, HEADER.to_owned() + &drives(0..3, 300)).expect("room");
+    let words = ["calibrate", text(&table), "--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out"];
+    let said = stderr(&succeeds(&[&words[..], &[text(&out)]].concat()));
+    assert!(said.contains("3 trajectories (0,1,2), of which only the longest, "), "{said}");
+    assert!(said.contains("--trajectory chooses others") && !said.contains("segment"), "{said}");
+}
+
+#[test]
+fn the_parameters_of_every_model_are_shown() {
+    let folder = scratch("fleet_use", "all_models");
+    let (table, out, html) = (folder.join("pairs.csv"), folder.join("fleet"), folder.join("fleet.html"));
+    fs::write(&table, HEADER.to_owned() + &drives(0..3, 300)).expect("room");
+    let words =
+        ["calibrate", text(&table), "--all", "--bounds", "human", "--out", text(&out), "--model", "gipps+delay+linear"];
+    let printed = ok(&[&words[..], &MODELS].concat());
+    ok(&["report", text(&out), "-o", text(&html)]);
+    let page = fs::read_to_string(&html).expect("written");
+    let tables: Vec<Vec<&str>> = printed
+        .split("\n\n")
+        .filter(|block| block.contains("middle half"))
+        .map(|block| block.lines().take_while(|line| !line.starts_with("Intervals")).collect())
+        .collect();
+    assert_eq!(tables.len(), 3, "{printed}");
+    for model in ["idm", "idm+delay", "gipps+delay+linear"] {
+        assert!(tables.iter().any(|lines| lines[0] == model), "{model}: {printed}");
+        let captions = ["Driver by driver", "Parameters over all pairs"];
+        let named = captions.map(|caption| page.contains(&format!("{caption}: {model}, nrmse-sva")));
+        assert_eq!(named, [tables[0][0] != model; 2], "{model}");
+    }
+    for line in tables.iter().flatten() {
+        assert!(line.chars().count() <= 80, "{line}");
+    }
+}
+
 #[test]
 fn changes_to_many_drives_are_shown_on_demand() {
     let folder = scratch("fleet_use", "verbose");

@@ -44,9 +44,57 @@ fn a_joint_calibration_says_so() {
         assert_eq!(!said.contains("hardly have one driver"), is_one, "{said}");
         assert_eq!(!result.contains("hardly have one driver"), is_one);
         if !is_one {
+            assert!(stdout(&output).contains("\n\nNOT ONE DRIVER"), "{}", stdout(&output));
             assert!(result.contains("t_h is about 1.") && result.contains("s in far follower 1"), "{result}");
         }
     }
+}
+
+/// Two drives with noisy speeds.
+fn noisy(folder: &Path) -> [PathBuf; 2] {
+    let mut rng = stream(9, 0, 0, 0);
+    ["a.csv", "b.csv"].map(|name| {
+        let path = file(folder, name, 1.0, 7);
+        let read = std::fs::read_to_string(&path).expect("written");
+        let line = |(i, line): (usize, &str)| {
+            let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+            if i > 0 {
+                let speed: f64 = fields[2].parse().expect("a number");
+                fields[2] = format!("{:.3}", (speed + 0.1 * normal(&mut rng)).max(0.0));
+            }
+            fields.join(",") + "\n"
+        };
+        std::fs::write(&path, read.lines().enumerate().map(line).collect::<String>()).expect("room");
+        path
+    })
+}
+
+/// A fault that several drives have is one paragraph, with the number of drives and the first one.
+#[test]
+fn a_fault_of_several_drives_is_told_once() {
+    let folder = scratch("one_driver", "noisy");
+    let noisy = noisy(&folder);
+    let given =
+        ["calibrate", text(&noisy[0]), text(&noisy[1]), "--joint", "--model", "idm", "--max-evaluations", "300"];
+    let said = stdout(&leadlag(&[&given[..], &["--no-intervals", "--out", text(&folder.join("fit"))]].concat()));
+    assert_eq!(said.matches("DATA NOISY").count(), 1, "{said}");
+    assert!(
+        said.replace("\n  ", " ").contains(&format!("DATA NOISY on 2 of 2 drives, here {}: ", text(&noisy[0]))),
+        "{said}"
+    );
+}
+
+/// The text of a fleet counts the pairs that have the same fault and does not list them.
+#[test]
+fn a_fault_of_all_pairs_of_a_fleet_is_told_once() {
+    let folder = scratch("one_driver", "noisy_fleet");
+    let files = noisy(&folder);
+    let out = folder.join("fleet");
+    let given = ["calibrate", text(&files[0]), text(&files[1]), "--all", "--model", "idm", "--no-intervals"];
+    let said = stdout(&leadlag(&[&given[..], &["--max-evaluations", "300", "--out", text(&out)]].concat()));
+    let told =
+        "2 pairs with doubtful data, in column findings of the table: all (noisy); leadlag inspect has the remedies";
+    assert!(said.replace("\n    ", " ").contains(told), "{said}");
 }
 
 /// One drive of another driver among several is reported, too.

@@ -1,6 +1,7 @@
 //! A user's law in a file can do everything that a base model of the paper can.
 
 use crate::common::program::{fails, ok, scratch, text};
+use crate::common::tolerance::WHOLE_RUN;
 use leadlag::{Calibration, Fit, Law, Study, read, synthetic};
 use serde_json::Value;
 use std::fs;
@@ -226,6 +227,34 @@ fn it_is_diagnosed() {
     assert!(names.contains(&"kappa") && names.contains(&"t_h"), "{names:?}");
 }
 
+/// The fleet keeps the text of the law, so that its drivers can be scored and simulated anywhere.
+#[test]
+fn a_fleet_of_an_own_law_and_an_extension_is_scored_and_simulated() {
+    let Drive { folder, file, law } = drive("fleet", "60");
+    let (out, scores, cause) = (folder.join("fleet"), folder.join("scores.csv"), folder.join("fades.wgsl"));
+    let own = "//! A share of the acceleration is lost.\nstruct Parameters {\n    /// share that is lost [-], 0 to 0.9, neutral 0\n    lost: f32,\n}\n\n\
+               fn fades_response(own: Parameters, a: f32) -> f32 {\n    return a * (1.0 - own.lost);\n}\n";
+    fs::write(&cause, own).expect("room");
+    let model = format!("{}+delay", text(&law));
+    let words =
+        ["calibrate", text(&file), "--all", "--model", &model, "--extend", text(&cause), "--extend", "sensor_lowpass"];
+    ok(&[&words[..], &["--bounds", "human", "--max-evaluations", "500", "--no-intervals", "--out", text(&out)]]
+        .concat());
+    fs::remove_file(&law).and_then(|()| fs::remove_file(&cause)).expect("written");
+    ok(&["evaluate", text(&out), "--out", text(&scores)]);
+    let mut table = csv::Reader::from_path(&scores).expect("written");
+    let names = table.headers().expect("a header").clone();
+    let row = table.records().next().expect("one driver").expect("a row");
+    let number = |name: &str| {
+        let place = names.iter().position(|own| own == name).unwrap_or_else(|| panic!("{name}: {names:?}"));
+        row[place].parse::<f64>().unwrap_or_else(|_| panic!("{name}: {row:?}"))
+    };
+    assert!((number("calib_cost") / number("score") - 1.0).abs() < WHOLE_RUN, "{row:?}");
+    ok(&["simulate", text(&file), "--result", text(&out), "--out", text(&folder.join("simulated"))]);
+    let simulated = fs::read_to_string(folder.join("simulated/simulation.csv")).expect("written");
+    assert!(simulated.lines().count() > 500, "{simulated}");
+}
+
 #[test]
 fn a_file_is_told_for_what_it_is() {
     let Drive { folder, file, law } = drive("told", "40");
@@ -233,6 +262,14 @@ fn a_file_is_told_for_what_it_is() {
     for expected in ["my_fvdm: valid, a law", "t_h [s]", "searched when needed", "15 m/s: acceleration"] {
         assert!(told.contains(expected), "{expected}: {told}");
     }
+    assert!(told.contains("v_0 [m/s] 30 to 35") && told.contains("at v_0 32.500"), "{told}");
+    let human = ok(&["check", text(&law), "--plot", "--bounds", "human"]);
+    assert!(human.contains("v_0 [m/s] 1 to 70") && human.contains("at v_0 8.367"), "{human}");
+    let listed = ok(&["list", "parameters", "--bounds", "human"]);
+    assert!(listed.lines().any(|line| line.starts_with("v_0 ") && line.contains("1.00000 .. 70.00000")), "{listed}");
+    assert!(listed.lines().any(|line| line.starts_with("f_0 ") && line.contains("by --vehicle")), "{listed}");
+    let (code, said) = fails(&["list", "laws", "--bounds", "human"]);
+    assert!(code == 2 && said.contains("need `leadlag list parameters`"), "{said}");
     assert!(ok(&["check", "krauss"]).contains("as the file says"));
     assert!(ok(&["list", "laws"]).contains("krauss: v_0 d_0 t_h a_max a_min"));
 

@@ -2,6 +2,7 @@
 //! (`scripts/check-sumo` installs it and runs this file).
 
 use crate::common::program::{leadlag, ok, text};
+use leadlag::internal::optimize::{normal, stream};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -88,9 +89,13 @@ fn fleet() -> PathBuf {
     let columns = ["time_s", "lead_speed_mps", "speed_mps", "spacing_m"];
     let places = columns.map(|name| header.iter().position(|column| *column == name).expect("a pair file"));
     for (who, size) in [("Anna", 1.0), ("Ben", 1.0), ("Cleo", 1.0 / 0.3048)] {
+        let mut rng = stream(1, 0, 0, 0);
         for row in drive.lines().skip(1) {
             let fields: Vec<&str> = row.split(',').collect();
             let [t, v_l, v, gap] = places.map(|place| fields[place]);
+            // Of Anna and Ben, the acceleration is mostly noise, which does not make parameters doubtful.
+            let noise = if who == "Cleo" { 0.0 } else { 0.1 * normal(&mut rng) };
+            let v = (v.parse::<f64>().expect("a number") + noise).max(0.0);
             let gap = gap.parse::<f64>().expect("a number") * size;
             table += &format!("{who},{t},{v_l},{v},{gap}\n");
         }
@@ -111,6 +116,8 @@ fn fleet() -> PathBuf {
 #[test]
 fn the_sound_drivers_of_a_fleet_become_a_distribution_and_its_page_names_the_others() {
     let folder = fleet();
+    let table = fs::read_to_string(folder.join("parameters.csv")).expect("written");
+    assert!(table.lines().any(|row| row.contains(",Ben,") && row.contains(",noisy,")), "{table}");
     let exported = json(&["export", "sumo", text(&folder)]);
     let ids: Vec<&str> =
         exported["types"].as_array().expect("types").iter().map(|t| t["id"].as_str().unwrap()).collect();
@@ -131,12 +138,18 @@ fn the_sound_drivers_of_a_fleet_become_a_distribution_and_its_page_names_the_oth
     );
     assert_eq!(leadlag(&["export", "sumo", text(&folder), "--sumo", "."]).status.code(), Some(2));
     let page = report(&folder);
-    assert!(page.contains("<strong>1 pairs with doubtful data.</strong>") && page.contains("Cleo follower 1 (unit)"));
+    assert!(page.contains("<strong>3 pairs with doubtful data:</strong>") && page.contains("Cleo follower 1 (unit)"));
     // The page of a single driver uses the words of every other command.
     let (table, map) = (folder.with_file_name("table.csv"), folder.with_file_name("map.toml"));
     let out = folder.with_file_name("cleo");
     let arguments = ["calibrate", text(&table), "--columns", text(&map), "--trajectory", "Cleo", "--model", "idm"];
     ok(&[&arguments[..], &["--max-evaluations", "200", "--no-intervals", "--out", text(&out)]].concat());
+    // The warning of the command names the fault, so nothing else does.
+    let page = report(&out);
+    let top = page.split("<main>").next().expect("a header");
+    assert!(top.contains("Warnings of the command") && top.matches("is feet per metre").count() == 1, "{top}");
+    // A result without its command has no warnings.
+    std::fs::remove_file(out.join("run.json")).expect("written");
     assert!(
         report(&out).contains("<strong>A fault of the data.</strong>") && report(&out).contains("is feet per metre")
     );

@@ -49,6 +49,7 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
     let mut expected: Vec<String> = figures.iter().flat_map(|f| [format!("{f}.csv"), format!("{f}.svg")]).collect();
     expected.extend(["report.md", "table4.csv", "table5.csv"].map(str::to_owned));
     assert_eq!(names, expected);
+    assert!(String::from_utf8_lossy(&report["figure5.svg"]).contains("highest"), "of all five variants");
     ok(&["study", "merge", text(&study)]);
     let calibrations = read(&fs::read(study.join("merged/calibrations.csv")).unwrap());
     let validations = read(&fs::read(study.join("merged/validations.csv")).unwrap());
@@ -205,6 +206,18 @@ fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again(
         names
     };
     assert_eq!(order(&reported(&study, &["--partial"])), order(&whole));
+}
+
+/// If a study has base models alone, the lowest and the highest of all variants are bars of the figure already.
+#[test]
+fn base_models_alone_have_no_bars_twice() {
+    let study =
+        planned("report_bases", &plan_text(1, 300).replace("[\"idm\", \"l-cth+linear\", 28]", "[\"idm\", \"gipps\"]"));
+    ok(&["study", "run", text(&study)]);
+    let report = reported(&study, &[]);
+    let figure = String::from_utf8_lossy(&report["figure5.svg"]);
+    assert!(figure.contains("IDM") && figure.contains("Gipps"), "{figure}");
+    assert!(!figure.contains("lowest") && !figure.contains("highest"), "{figure}");
 }
 
 /// The paper's tables are of NRMSE(s,v,a), so they neither appear beside another measure nor judge it.

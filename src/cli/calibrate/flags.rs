@@ -40,7 +40,8 @@ pub struct Args {
     #[arg(long, group = "many", conflicts_with_all = ["joint", "plot", "segment", "replicates"])]
     pub all: bool,
     /// With --all: also write result.json, simulation.csv and plot.svg of each pair, to folders in DIR/each; takes the time of the calibrations again
-    #[arg(long, requires = "all")]
+    // A flag that contradicts --all lifts the requirement, so each must contradict this one, too.
+    #[arg(long, requires = "all", conflicts_with_all = ["joint", "plot", "segment", "replicates"])]
     pub each: bool,
     /// With --joint or --all: hold back this share at the end of each drive, or the drives in these files. They are scored but not used
     /// for calibration. With --all they are those of the same driver id, and decide between models; files may be given several times

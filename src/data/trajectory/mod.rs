@@ -231,6 +231,8 @@ pub struct Trajectory {
     pub len_l: f64,
     /// Measured position of the follower \[m\].
     pub x_f: Vec<f64>,
+    /// True if the file gives a position, so that equal positions of two drives are one place of the road.
+    pub is_placed: bool,
     /// Measured speed of the follower \[m/s\].
     pub v_f: Vec<f64>,
     /// Measured bumper-to-bumper spacing \[m\].

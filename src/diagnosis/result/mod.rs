@@ -125,7 +125,11 @@ impl ExtensionEntry {
         ExtensionEntry { name: extension.name.clone(), text: is_own.then(|| extension.text.clone()) }
     }
 
-    fn read(&self) -> Result<&'static Extension, ContentError> {
+    /// The extension.
+    ///
+    /// # Errors
+    /// [`ContentError`] if its text is not valid, or no built-in one has its name.
+    pub fn read(&self) -> Result<&'static Extension, ContentError> {
         match &self.text {
             Some(text) => Ok(read_extension(&format!("{}.wgsl", self.name), text)?),
             None => extension_named(&self.name).ok_or_else(|| ContentError::Extension(self.name.clone())),

@@ -152,12 +152,25 @@ pub struct Library {
     sources: Vec<Source>,
     /// Vehicles in use: by short name, and whether the MFC curve was needed.
     used: HashSet<(String, bool)>,
+    /// Models that a table may name besides those that have a name everywhere, each with the upper bound of the delay of its extensions.
+    models: HashMap<String, (Variant, Option<f64>)>,
 }
 
 /// Largest number of printed warnings about rows.
 const FAULTS: usize = 100;
 
 impl Library {
+    /// Adds a model that rows may name, such as one with the user's own law: `delay_upper` is the upper bound of the delay of its extensions
+    /// \[s\].
+    pub fn know(&mut self, name: String, variant: Variant, delay_upper: Option<f64>) {
+        self.models.insert(name, (variant, delay_upper));
+    }
+
+    /// The model of this name, if it was added.
+    pub(super) fn model(&self, name: &str) -> Option<(Variant, Option<f64>)> {
+        self.models.get(name).copied()
+    }
+
     /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, otherwise from the
     /// built-in table.
     ///
@@ -183,7 +196,20 @@ impl Library {
         let vehicles = table.as_deref().map_or_else(|| Ok(Vehicle::built_in()), read_table)?;
         let (cases, notes, faults, last) = (HashMap::new(), Vec::new(), Vec::new(), None);
         let (sources, used) = (Vec::new(), HashSet::new());
-        Ok(Library { place, layout, columns, preparation, vehicles, notes, faults, cases, last, sources, used })
+        Ok(Library {
+            place,
+            layout,
+            columns,
+            preparation,
+            vehicles,
+            notes,
+            faults,
+            cases,
+            last,
+            sources,
+            used,
+            models: HashMap::new(),
+        })
     }
 
     /// True if every row is simulated on the same file, so that none has to name it.

@@ -152,7 +152,11 @@ fn parse(
     }
     let text = |column: usize| String::from_utf8_lossy(record.get(column).unwrap_or_default()).trim().to_owned();
     let filled = |column: Option<usize>| column.map(text).filter(|text| !text.is_empty());
-    let variant = variant(filled(columns.model_id), filled(columns.variant))?;
+    let (id, name) = (filled(columns.model_id), filled(columns.variant));
+    let (variant, delay_upper) = match name.as_deref().and_then(|name| library.model(name)) {
+        Some(known) => known,
+        None => (variant(id, name)?, None),
+    };
     let follower = text(columns.follower);
     let follower = follower.parse().ok().filter(|f| *f > 0).ok_or(InvalidRow::Follower(follower))?;
     let mut parameters = Parameters::NONE;
@@ -173,6 +177,7 @@ fn parse(
     };
     let wanted = Wanted { file, trajectory: filled(columns.trajectory), follower };
     let case = library.case(wanted, settings)?.for_variant(variant)?;
+    let case = if delay_upper.is_some() { case.with_extension_delay(delay_upper)? } else { case };
     case.check(&parameters)?;
     library.uses_vehicle_of(&case);
     far_above_in(&case, &parameters).into_iter().for_each(|doubt| library.doubt(doubt));

@@ -2,6 +2,7 @@
 
 use super::causes::{next, not_tried};
 use crate::diagnose::Verdict;
+use crate::diagnose::describe::missing::Profiles;
 use crate::race::loss::BIN_S;
 use crate::result::diagnosis::recommended::{Power, Recommended, RecommendedCause, Trial, Why};
 use crate::result::diagnosis::{CauseEntry, FleetEntry, Outcome, ParameterEntry, ShareEntry};
@@ -57,29 +58,41 @@ fn verdict(outcome: &Outcome) -> String {
     };
     match outcome.verdict {
         Verdict::Named | Verdict::Ambiguous => named(),
-        Verdict::Nothing => {
-            let untried = if outcome.not_tried.is_empty() {
-                String::new()
-            } else {
-                format!(" Not tried: {}.", not_tried(outcome))
-            };
-            format!("No cause was found that {base} lacks.{}{untried}", unexplained(outcome))
+        Verdict::Nothing => format!("No cause was found that {base} lacks.{}", unexplained(outcome)),
+        // Of a fleet, this verdict means that nothing was tried.
+        Verdict::NotTestable => {
+            let more = if outcome.fleet.is_none() { unexplained(outcome) } else { String::new() };
+            format!("These data do not show what {base} lacks.{more}")
         }
-        Verdict::NotTestable => format!("These data do not show what {base} lacks."),
-        Verdict::Unexplained => format!("{base} errs, and no built-in cause explains why."),
+        Verdict::Unexplained => format!("{base} errs, and no built-in cause explains why.{}", unexplained(outcome)),
         Verdict::BadBase => format!("{base} does not fit these drives, so no cause can be identified."),
     }
 }
 
-/// The unexplained acceleration of the base, and its duration.
+/// The unexplained acceleration of the base: its size, its duration, and whether it belongs to places of the road; and the causes not tried.
 fn unexplained(outcome: &Outcome) -> String {
+    let mut text = String::new();
     let noise = outcome.base.as_ref().and_then(|base| base.noise.as_ref());
-    noise.filter(|noise| noise.sigma_d_mps2 >= LEAST_UNEXPLAINED).map_or(String::new(), |noise| {
-        format!(
-            " An acceleration of {:.2} m/s² with a time constant of {:.0} s remains unexplained.",
-            noise.sigma_d_mps2, noise.tau_d_s
-        )
-    })
+    if let Some(noise) = noise.filter(|noise| noise.sigma_d_mps2 >= LEAST_UNEXPLAINED) {
+        let (size, time) = (noise.sigma_d_mps2, noise.tau_d_s);
+        text += &format!(" An acceleration of {size:.2} m/s² with a time constant of {time:.0} s remains unexplained.");
+        if let Some(r) = outcome.missing.as_ref().and_then(Profiles::repeats) {
+            let untried = outcome.not_tried.iter().any(|entry| needs_grade(&entry.name));
+            let remedy = if untried { ", as on slopes: give the grade of the road (--grade)" } else { "" };
+            text +=
+                &format!(" It repeats at the same places of the road in other drives (correlation {r:.2}){remedy}.");
+        }
+    }
+    if !outcome.not_tried.is_empty() {
+        text += &format!(" Not tried: {}.", not_tried(outcome));
+    }
+    text
+}
+
+/// True for a built-in cause that reads the grade of the road.
+fn needs_grade(cause: &str) -> bool {
+    let own = library().iter().find(|extension| extension.name == cause);
+    own.is_some_and(|extension| extension.reads.iter().any(|read| read == "sin_grade"))
 }
 
 /// Smallest acceleration worth reporting \[m/s²\]: it is printed as 0.01.
@@ -265,14 +278,15 @@ fn recommendation(outcome: &Outcome, recommended: &Recommended) -> [String; 2] {
     let gain = &recommended.gain;
     let percent = |share: f64| 100.0 * share / gain.base;
     let [low, high] = gain.interval.map(percent);
+    // One entry per driver of a fleet, otherwise per file.
+    let (all, of) = (recommended.per_drive.len(), if outcome.fleet.is_some() { "drivers" } else { "files" });
     let better = recommended.per_drive.iter().filter(|drive| drive.extended < drive.base).count();
+    let each = if all > 1 { format!("; it is smaller on {better} of {all} {of}") } else { String::new() };
     [
         format!("Recommended: {base} with {}.", causes.join(" and ")),
         format!(
-            "With it, the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]; it is smaller on {better} of {} {}.",
+            "With it, the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]{each}.",
             percent(gain.base - gain.extended),
-            recommended.per_drive.len(),
-            if outcome.fleet.is_some() { "drivers" } else { "drives" }
         ),
     ]
 }

@@ -4,7 +4,7 @@ use super::causes;
 use super::causes::MEND_FIRST;
 use super::short::{capitalised, fleet_in_words, in_short};
 use crate::diagnose::describe::error_breakdown::{Budget, Share};
-use crate::diagnose::describe::missing::Profiles;
+use crate::diagnose::describe::missing::{PLACE, Profile, Profiles};
 use crate::report::text::wrapped;
 use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome};
 use std::fmt::Write;
@@ -249,16 +249,22 @@ const CHANCE: f64 = 4.0;
 
 /// The missing acceleration in words.
 fn acceleration(missing: &Profiles) -> String {
+    // The classes of a place have a few blocks each, too few for a test. The correlation between drives is one.
+    let is_clear = |profile: &&Profile| match profile.name == PLACE && missing.repeats_by_chance.is_some() {
+        true => missing.repeats().is_some(),
+        false => profile.chi2 > CHANCE,
+    };
     let clear: Vec<String> = missing
         .profiles
         .iter()
-        .filter(|profile| profile.chi2 > CHANCE)
+        .filter(is_clear)
         .map(|profile| format!("{} ({:.0} %)", profile.name, 100.0 * profile.explained))
         .collect();
     let on =
         if clear.is_empty() { "on no signal beyond chance".to_owned() } else { format!("on {}", clear.join(", ")) };
+    let chance = missing.repeats_by_chance.map_or(String::new(), |chance| format!(" (chance: ±{chance:.2})"));
     let repeats = missing.repeats_by_place.map_or(String::new(), |r| {
-        format!(" It repeats at the same places of the road in other runs with correlation {r:.2}.")
+        format!(" Its correlation between drives at the same places of the road is {r:.2}{chance}.")
     });
     format!(
         "To follow the measured car, the model would need a further acceleration of {} m/s² root mean square. It depends {on}.{repeats}",

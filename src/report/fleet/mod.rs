@@ -12,6 +12,7 @@ use crate::fleet::{
     Comparison, EVALUATIONS_PER_PARAMETER, Overview, Pair, Row, Rule, SCHEMA_VERSION, Settings, overview,
 };
 use crate::identify::{SHORT, SHORT_S};
+use crate::result::ExtensionEntry;
 use crate::trajectory::Source;
 use indexmap::IndexMap;
 
@@ -50,6 +51,9 @@ pub struct FleetFile {
     pub bounds: IndexMap<String, IndexMap<String, [f64; 2]>>,
     /// The source of the bounds.
     pub bounds_from: String,
+    /// Laws and causes of the models that are not built in, with their texts.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub own: Vec<ExtensionEntry>,
     /// Rule of the comparison; files of earlier versions lack it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub compared_by: Option<Rule>,
@@ -90,6 +94,15 @@ impl FleetFile {
         let bounds = settings.models.iter().map(|model| {
             (model.variant.name(), model.overrides.iter().map(|(name, ends)| (name.clone(), *ends)).collect())
         });
+        let mut own: Vec<ExtensionEntry> = Vec::new();
+        for extension in
+            settings.models.iter().flat_map(|model| model.variant.law().into_iter().chain(model.variant.causes()))
+        {
+            let entry = ExtensionEntry::of(extension);
+            if entry.text.is_some() && !own.contains(&entry) {
+                own.push(entry);
+            }
+        }
         let mut drives = pairs.iter().filter_map(|pair| pair.drive.as_ref().ok());
         let short =
             settings.intervals && drives.any(|drive| drive.trajectory.len() as f64 * drive.trajectory.dt < SHORT_S);
@@ -113,6 +126,7 @@ impl FleetFile {
             note: short.then(|| SHORT.to_owned()),
             bounds: bounds.collect(),
             bounds_from,
+            own,
             compared_by: Some(comparison.rule),
             holdout,
             overview: overview(pairs, settings, rows, comparison),
@@ -125,6 +139,29 @@ impl FleetFile {
         let first = &self.overview.first()?.gof;
         let own = || self.overview.iter().filter(|one| one.gof == *first);
         own().find(|one| one.chosen).or_else(|| own().max_by_key(|one| one.calibrated))
+    }
+
+    /// All entries, that of the recommended model first.
+    pub fn chosen_first(&self) -> impl Iterator<Item = &Overview> {
+        let chosen = self.chosen();
+        let others = self.overview.iter().filter(move |one| !chosen.is_some_and(|chosen| std::ptr::eq(chosen, *one)));
+        chosen.into_iter().chain(others)
+    }
+
+    /// The pairs with doubtful data, by the kinds of their faults; at most `most` of each kind by name.
+    #[must_use]
+    pub fn doubts(&self, most: usize) -> String {
+        let mut by_kind: IndexMap<&str, Vec<&str>> = IndexMap::new();
+        self.doubtful.iter().for_each(|(pair, kinds)| by_kind.entry(kinds).or_default().push(pair));
+        let told = |(kinds, pairs): (&str, Vec<&str>)| {
+            if pairs.len() > 1 && pairs.len() == self.pairs {
+                return format!("all ({kinds})");
+            }
+            let more = pairs.len().saturating_sub(most);
+            let more = if more > 0 { format!(" and {more} more") } else { String::new() };
+            format!("{}{more} ({kinds})", pairs[..most.min(pairs.len())].join(", "))
+        };
+        by_kind.into_iter().map(told).collect::<Vec<_>>().join("; ")
     }
 
     /// Rule of the comparison, in a sentence; empty for one model without held-back data.
@@ -180,6 +217,14 @@ impl FleetFile {
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("numbers and text can be written") + "\n"
     }
+}
+
+/// What to do about doubtful data.
+const ADVICE: &str = "leadlag inspect has the remedies";
+
+/// A number of pairs.
+fn pairs(count: usize) -> String {
+    format!("{count} pair{}", if count == 1 { "" } else { "s" })
 }
 
 /// A reason without the numbers of the one pair that has it.

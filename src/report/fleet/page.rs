@@ -1,8 +1,8 @@
 //! The page of a fleet: the drivers first, then the quality of the fits, then the data.
 
-use super::FleetFile;
 use super::figures::{self, Distribution};
 use super::forest::{Estimates, forest};
+use super::{ADVICE, FleetFile, pairs};
 use crate::fleet::Overview;
 use crate::report::html::{MadeBy, Page, escape, short, within};
 
@@ -57,7 +57,7 @@ pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str, made: Op
         page.paragraph(&format!("Note: {note}."));
     }
     if file.overview.len() > 1 {
-        compared(&mut page, file);
+        compared(&mut page, file, rows);
     }
     if let Some(one) = best {
         scores(&mut page, one, rows, fits);
@@ -81,9 +81,9 @@ fn lead(file: &FleetFile, one: &Overview, models: usize) -> String {
         told => format!(", one of {models} models. {}", told.trim_end_matches('.')),
     };
     format!(
-        "<p class=\"verdict\"><strong>{} of {} pairs calibrated with {}</strong>{}. The median driver: {}.</p>",
+        "<p class=\"verdict\"><strong>{} of {} calibrated with {}</strong>{}. The median driver: {}.</p>",
         one.calibrated,
-        file.pairs,
+        pairs(file.pairs),
         escape(&one.model),
         escape(&wins),
         escape(&facts.join(", "))
@@ -95,11 +95,10 @@ fn doubtful(file: &FleetFile) -> String {
     if file.doubtful.is_empty() {
         return String::new();
     }
-    let named: Vec<String> = file.doubtful.iter().map(|(pair, kinds)| format!("{pair} ({kinds})")).collect();
     format!(
-        "<p class=\"verdict bad_base\"><strong>{} pairs with doubtful data.</strong> {}.</p>",
-        named.len(),
-        escape(&named.join(", "))
+        "<p class=\"verdict bad_base\"><strong>{} with doubtful data:</strong> {}; {ADVICE}.</p>",
+        pairs(file.doubtful.len()),
+        escape(&file.doubts(usize::MAX))
     )
 }
 
@@ -111,34 +110,61 @@ fn of<'a>(one: &Overview, rows: &'a [Shown]) -> Vec<&'a Shown> {
 fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
     page.section("drivers", "The drivers");
     let own = of(one, rows);
-    let values: Vec<Vec<f64>> =
-        (0..one.parameters.len()).map(|i| own.iter().map(|row| row.values[i]).collect()).collect();
-    // A fixed parameter contains no information about the drivers.
-    let varies = |values: &Vec<f64>| values.iter().any(|x| *x != values[0]);
-    let shown: Vec<Distribution> = one
-        .parameters
+    let varying = varying(one, &own);
+    let values: Vec<Vec<f64>> = varying.iter().map(|i| own.iter().map(|row| row.values[*i]).collect()).collect();
+    let shown: Vec<Distribution> = varying
         .iter()
         .zip(&values)
-        .filter(|(_, values)| varies(values))
-        .map(|(parameter, values)| Distribution {
-            name: match parameter.unit.as_str() {
-                "-" => parameter.name.clone(),
-                unit => format!("{} [{unit}]", parameter.name),
-            },
-            values,
-            spread: parameter.spread,
-        })
+        .map(|(i, values)| Distribution { name: heading(one, *i), values, spread: one.parameters[*i].spread })
         .collect();
     if own.len() <= FEW {
-        let varying: Vec<usize> = (0..values.len()).filter(|i| varies(&values[*i])).collect();
         let ends = |i: usize| own.iter().map(|row| row.ends[i]).collect();
         let estimates: Vec<Estimates> =
             shown.iter().zip(&varying).map(|(of, i)| Estimates { of: of.clone(), ends: ends(*i) }).collect();
         let names: Vec<&str> = own.iter().map(|row| row.name.as_str()).collect();
         page.picture("The drivers, with 95 % intervals", &forest(&names, &estimates));
         page.paragraph("A grey point: the drive does not determine the value. The line is the median.");
+    } else {
+        page.picture("Distribution of the parameters over the drivers", &figures::histograms(&shown));
+        page.paragraph("The line is the median; half of the drivers are in the dark part.");
+    }
+    tables(page, one, rows, "");
+    page.paragraph(
+        "At a bound: the drive requires a value beyond the bounds, or does not determine it. Determined: the 95 % interval of the value excludes \
+         at least half of the bounds.",
+    );
+    if shown.len() > 1 {
+        page.picture("Which parameters go together", &figures::together(&shown));
+        page.paragraph(
+            "Darker: more drivers. The number is the rank correlation. It includes the errors of the estimates: parameters of one drive compensate \
+             for each other.",
+        );
+    }
+}
+
+/// Places of the parameters that differ between drivers: a fixed one contains no information about them.
+fn varying(one: &Overview, own: &[&Shown]) -> Vec<usize> {
+    let varies = |i: &usize| own.iter().any(|row| row.values[*i] != own[0].values[*i]);
+    (0..one.parameters.len()).filter(varies).collect()
+}
+
+/// A parameter with its unit.
+fn heading(one: &Overview, place: usize) -> String {
+    let parameter = &one.parameters[place];
+    match parameter.unit.as_str() {
+        "-" => parameter.name.clone(),
+        unit => format!("{} [{unit}]", parameter.name),
+    }
+}
+
+/// The parameters of a model: of each driver if they are few, and over all drivers. `model` ends the captions.
+fn tables(page: &mut Page, one: &Overview, rows: &[Shown], model: &str) {
+    let own = of(one, rows);
+    let varying = varying(one, &own);
+    if own.len() <= FEW {
+        let names: Vec<String> = varying.iter().map(|i| heading(one, *i)).collect();
         let head: Vec<&str> =
-            ["driver", one.gof.as_str()].into_iter().chain(shown.iter().map(|of| of.name.as_str())).collect();
+            ["driver", one.gof.as_str()].into_iter().chain(names.iter().map(String::as_str)).collect();
         let row = |row: &&Shown| {
             let cell = |i: &usize| match row.ends[*i] {
                 Some(ends) => {
@@ -150,10 +176,7 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
             };
             [row.name.clone(), short(row.score)].into_iter().chain(varying.iter().map(cell)).collect()
         };
-        page.table("Driver by driver", &head, &own.iter().map(row).collect::<Vec<_>>());
-    } else {
-        page.picture("Distribution of the parameters over the drivers", &figures::histograms(&shown));
-        page.paragraph("The line is the median; half of the drivers are in the dark part.");
+        page.table(&format!("Driver by driver{model}"), &head, &own.iter().map(row).collect::<Vec<_>>());
     }
     let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let row = |parameter: &crate::fleet::ParameterOverview| {
@@ -176,21 +199,10 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
         _ => None,
     };
     let head = ["parameter", "median", "unit", "middle half", "5 to 95 %", "at a bound", "determined"];
-    page.table_with("Parameters over all pairs", &head, &table, &share);
-    page.paragraph(
-        "At a bound: the drive requires a value beyond the bounds, or does not determine it. Determined: the 95 % interval of the value excludes \
-         at least half of the bounds.",
-    );
-    if shown.len() > 1 {
-        page.picture("Which parameters go together", &figures::together(&shown));
-        page.paragraph(
-            "Darker: more drivers. The number is the rank correlation. It includes the errors of the estimates: parameters of one drive compensate \
-             for each other.",
-        );
-    }
+    page.table_with(&format!("Parameters over all pairs{model}"), &head, &table, &share);
 }
 
-fn compared(page: &mut Page, file: &FleetFile) {
+fn compared(page: &mut Page, file: &FleetFile, rows: &[Shown]) {
     let all = &file.overview;
     page.section("models", "Which model fits best");
     let row = |one: &Overview| {
@@ -202,7 +214,7 @@ fn compared(page: &mut Page, file: &FleetFile) {
         let best = format!("{} of {}", one.best, one.calibrated);
         vec![one.model.clone(), one.gof.clone(), own, median, range, best, behind, one.failed.to_string()]
     };
-    let rows: Vec<Vec<String>> = all.iter().map(row).collect();
+    let lines: Vec<Vec<String>> = all.iter().map(row).collect();
     let share =
         |row: usize, column: usize| (column == 5).then(|| all[row].best as f64 / all[row].calibrated.max(1) as f64);
     let head = [
@@ -215,12 +227,15 @@ fn compared(page: &mut Page, file: &FleetFile) {
         "mean is higher by [95 %]",
         "ends early on",
     ];
-    page.table_with("Models", &head, &rows, &share);
+    page.table_with("Models", &head, &lines, &share);
     page.paragraph(&file.rule());
     page.paragraph(
         "Best on: pairs on which the model leads all others by more than the autocorrelated noise of the drive. Mean is higher by: the 95 % \
          interval of the ratio to the model with the lowest scores; if it contains 0 %, the drives do not distinguish the two.",
     );
+    for one in file.chosen_first().skip(1) {
+        tables(page, one, rows, &format!(": {}, {}", one.model, one.gof));
+    }
 }
 
 fn scores(page: &mut Page, one: &Overview, rows: &[Shown], fits: &[Fit]) {

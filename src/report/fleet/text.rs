@@ -1,6 +1,6 @@
 //! A fleet in some ten lines.
 
-use super::FleetFile;
+use super::{ADVICE, FleetFile, pairs};
 use crate::fleet::{Overview, Spread};
 use crate::report::html::short;
 use crate::report::text::wrapped;
@@ -9,7 +9,7 @@ use std::fmt::Write;
 /// Number of printed reasons; the table has all.
 const REASONS: usize = 3;
 
-/// Number of named pairs with doubtful data.
+/// Number of named pairs with doubtful data, of each kind.
 const DOUBTFUL: usize = 20;
 
 /// Output of `calibrate --all`.
@@ -18,20 +18,14 @@ pub fn text(file: &FleetFile) -> String {
     let calibrated = file.calibrated();
     let whole = file.pairs * file.overview.len();
     let files = if file.data.len() == 1 { "1 file".to_owned() } else { format!("{} files", file.data.len()) };
-    let mut text = format!("{} pairs of {files}: {calibrated} of {whole} calibrations have a result\n", file.pairs);
+    let mut text = format!("{} of {files}: {calibrated} of {whole} calibrations have a result\n", pairs(file.pairs));
     for (reason, count) in file.reasons.iter().take(REASONS) {
         text += &wrapped(2, 4, &format!("{count} without: {reason}"));
     }
     if !file.doubtful.is_empty() {
-        let named: Vec<String> =
-            file.doubtful.iter().take(DOUBTFUL).map(|(pair, kinds)| format!("{pair} ({kinds})")).collect();
-        let more = if file.doubtful.len() > DOUBTFUL { ", ..." } else { "" };
-        let count = file.doubtful.len();
-        text += &wrapped(
-            2,
-            4,
-            &format!("{count} pairs with doubtful data, in column findings of the table: {}{more}", named.join(", ")),
-        );
+        let (count, doubts) = (pairs(file.doubtful.len()), file.doubts(DOUBTFUL));
+        let told = format!("{count} with doubtful data, in column findings of the table: {doubts}; {ADVICE}");
+        text += &wrapped(2, 4, &told);
     }
     if file.overview.len() > 1 {
         text += &models(&file.overview);
@@ -39,9 +33,8 @@ pub fn text(file: &FleetFile) -> String {
     for told in [file.rule(), file.verdict()].iter().filter(|told| !told.is_empty()) {
         text += &wrapped(0, 2, told);
     }
-    if let Some(chosen) = file.chosen() {
-        text += &parameters(chosen, file.intervals);
-    }
+    let with_results = file.chosen_first().filter(|one| one.calibrated > 0);
+    with_results.for_each(|one| text += &parameters(one, file.intervals));
     if let Some(note) = &file.note {
         text += &wrapped(0, 2, note);
     }
@@ -66,26 +59,31 @@ fn models(all: &[Overview]) -> String {
     text
 }
 
+/// Width of a name with the median behind it, in characters: a long name takes room from the median.
+const NAME_AND_MEDIAN: usize = 22;
+
 fn parameters(one: &Overview, intervals: bool) -> String {
-    let mut text =
-        format!("\n{:<12} {:>9} {:>17} {:>17} {:>8}", one.model, "median", "middle half", "5 to 95 %", "at bound");
-    text += if intervals { " determined\n" } else { "\n" };
-    let row = |name: &str, spread: &Spread| {
-        let (half, most) = (range(spread.middle_half), range(spread.nine_tenths));
-        format!("{name:<12} {:>9} {half:>17} {most:>17}", short(spread.median))
+    let row = |name: &str, [median, half, most, at_bound]: [&str; 4], determined: &str| {
+        let room = NAME_AND_MEDIAN.saturating_sub(name.chars().count());
+        format!("{name}{median:>room$} {half:>17} {most:>17} {at_bound:>8} {determined:>10}").trim_end().to_owned()
+            + "\n"
     };
-    if let Some(score) = &one.score {
-        text += &(row(&one.gof, score) + "\n");
-    }
+    let spread = |name: &str, spread: &Spread, at_bound: &str, determined: &str| {
+        // A blank at least, because the name may leave no room.
+        let median = format!(" {}", short(spread.median));
+        row(name, [&median, &range(spread.middle_half), &range(spread.nine_tenths), at_bound], determined)
+    };
+    let mut text = format!("\n{}\n", one.model);
+    text += &row("", ["median", "middle half", "5 to 95 %", "at bound"], if intervals { "determined" } else { "" });
+    text += &one.score.as_ref().map_or(String::new(), |score| spread(&one.gof, score, "", ""));
     for parameter in &one.parameters {
-        let Some(spread) = &parameter.spread else { continue };
+        let Some(own) = &parameter.spread else { continue };
         let name = match parameter.unit.as_str() {
             "-" => parameter.name.clone(),
             unit => format!("{} [{unit}]", parameter.name),
         };
-        let at_bound = percent(parameter.at_bound);
-        let determined = parameter.determined.map_or(String::new(), |share| format!(" {:>10}", percent(share)));
-        let _ = writeln!(text, "{} {at_bound:>8}{determined}", row(&name, spread));
+        let determined = parameter.determined.map_or(String::new(), percent);
+        text += &spread(&name, own, &percent(parameter.at_bound), &determined);
     }
     let sound = one.parameters.iter().filter_map(|p| Some(format!("{} {}", p.name, short(p.sound?.median))));
     let sound: Vec<String> = sound.filter(|_| one.doubtful > 0).collect();

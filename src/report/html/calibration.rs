@@ -6,8 +6,7 @@ use super::{Chart, MadeBy, Page, between, escape, short, within};
 use crate::diagnose::describe::error_breakdown::Budget;
 use crate::identify::CONFIDENCE;
 use crate::report::panel::{Panel, Series, Style};
-use crate::report::text::{OPEN, UNDETERMINED, partner, scores_in_words};
-use crate::result::diagnosis::FindingEntry;
+use crate::report::text::{OPEN, UNDETERMINED, faults, partner, scores_in_words};
 use crate::result::{KnowledgeEntry, ResultFile};
 use crate::sumo::Export;
 
@@ -79,19 +78,18 @@ pub fn calibration(
         escape(&result.gof),
         result.best_score().map_or("–".to_owned(), short),
     );
-    let faults = result.data.iter().flat_map(|data| data.findings.iter().map(move |finding| (&data.path, finding)));
-    let fault = |(path, finding): (&String, &FindingEntry)| {
-        let told = finding.correction.as_ref().map_or_else(|| finding.told(), Clone::clone);
-        format!(
-            "<p class=\"verdict bad_base\"><strong>A fault of the data.</strong> {}: {}.</p>",
-            escape(path),
-            escape(&told)
-        )
+    // The warnings of the command say the same with the remedies.
+    let is_new = |told: &str| !made.is_some_and(|made| made.warnings.iter().any(|warning| warning.contains(told)));
+    let box_of = |title: &str, told: &str| {
+        format!("<p class=\"verdict bad_base\"><strong>{title}.</strong> {}.</p>", escape(told))
     };
-    let faults: String = faults.filter(|(_, finding)| finding.matters).map(fault).collect();
-    let warning = result.drivers.as_ref().map_or(String::new(), |told| {
-        format!("<p class=\"verdict bad_base\"><strong>Not one driver.</strong> {}.</p>", escape(told))
-    });
+    let faults: String = faults(&result.data)
+        .iter()
+        .filter(|(finding, ..)| is_new(&finding.sentence))
+        .map(|(_, on, told)| box_of(&format!("A fault of the data{}", escape(on)), told))
+        .collect();
+    let warning = result.drivers.as_ref().filter(|told| is_new(told));
+    let warning = warning.map_or(String::new(), |told| box_of("Not one driver", told));
     page.finish(&format!("Calibration of {}", result.model()), &format!("{lead}{faults}{warning}"), twin, made)
 }
 

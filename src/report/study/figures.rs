@@ -102,29 +102,29 @@ fn short(x: f64) -> String {
     }
 }
 
-/// Figure 5: scores of the base models by trajectory, with the best and worst of all variants.
+/// Figure 5: scores of the base models by trajectory, with the best and worst of all variants if there are others.
 pub fn trajectories(material: &Material) -> String {
     let own = material.own;
     let mut platoons: Vec<&str> = own.drives.iter().map(|d| d.platoon.as_str()).collect();
     platoons.dedup();
     let (row, per_row) = (240.0, 2);
     let rows = platoons.len().div_ceil(per_row);
-    let lines = [format!(
-        "Scores ({}) after calibration. White and gold: the lowest and highest among all {} variants of the study.",
-        own.gof,
-        own.variants.len()
-    )];
-    let mut figure = Figure::new(
-        WIDTH,
-        96.0 + row * rows as f64,
-        "Figure 5: calibration errors by platoon and vehicle",
-        &[&lines[0]],
-    );
-    let mut entries = vec![("lowest", "white")];
-    entries.extend(legend(own));
-    entries.push(("highest", "#f0c800"));
+    let bases = own.bases();
+    let has_others = own.variants.iter().any(|variant| !bases.iter().any(|base| base.name == variant.name()));
+    let ends =
+        format!(" White and gold: the lowest and highest among all {} variants of the study.", own.variants.len());
+    let line = format!("Scores ({}) after calibration.{}", own.gof, if has_others { &ends } else { "" });
+    let mut figure =
+        Figure::new(WIDTH, 96.0 + row * rows as f64, "Figure 5: calibration errors by platoon and vehicle", &[&line]);
+    let mut entries = legend(own);
+    if has_others {
+        entries.insert(0, ("lowest", "white"));
+        entries.push(("highest", "#f0c800"));
+    }
     figure.legend([LEFT, 76.0], &entries);
-    figure.bar([LEFT, 67.0], [LEFT + 10.0, 77.0], "white", INK);
+    if has_others {
+        figure.bar([LEFT, 67.0], [LEFT + 10.0, 77.0], "white", INK);
+    }
     let highest = (0..own.drives.len()).filter_map(|d| own.range(d)).map(|range| range[1]).fold(0.0, f64::max);
     for (k, platoon) in platoons.iter().enumerate() {
         let width = (RIGHT - LEFT + 70.0) / per_row as f64;
@@ -140,9 +140,11 @@ pub fn trajectories(material: &Material) -> String {
                 Some((own.cells[index][drive].score?, colour(own, base), base.paper))
             };
             let range = own.range(drive);
-            let mut bars: Vec<Option<(f64, &str, &str)>> = vec![range.map(|range| (range[0], "white", "lowest"))];
-            bars.extend(own.bases().iter().map(base));
-            bars.push(range.map(|range| (range[1], "#f0c800", "highest")));
+            let mut bars: Vec<Option<(f64, &str, &str)>> = bases.iter().map(base).collect();
+            if has_others {
+                bars.insert(0, range.map(|range| (range[0], "white", "lowest")));
+                bars.push(range.map(|range| (range[1], "#f0c800", "highest")));
+            }
             let count = bars.len();
             let name = &own.drives[drive].vehicle;
             for (i, (score, fill, what)) in bars.into_iter().enumerate().filter_map(|(i, bar)| Some((i, bar?))) {

@@ -42,6 +42,7 @@ pub fn trajectory(samples: &[Sample]) -> Trajectory {
         v_l: column(2),
         len_l: LEN_L,
         x_f,
+        is_placed: false,
         v_f: column(1),
         s: column(0),
         v_l2: None,

@@ -36,6 +36,8 @@ pub(super) fn trajectory(
         });
     }
     let grade = grade(&samples, &x_f, &mut notes, context);
+    let is_placed =
+        [Signal::LeadPosition, Signal::Position].into_iter().any(|signal| start(&samples, signal).is_some());
     let ego = context.platoon.cars.iter().find(|car| car.number == context.follower + 1);
     let optional = |signal| samples.channel(signal).map(<[f64]>::to_vec);
     Ok(Trajectory {
@@ -50,6 +52,7 @@ pub(super) fn trajectory(
         v_l: samples.required(Signal::LeadSpeed).to_vec(),
         len_l,
         x_f,
+        is_placed,
         v_f: samples.required(Signal::Speed).to_vec(),
         s,
         v_l2: optional(Signal::Lead2Speed),
@@ -58,6 +61,11 @@ pub(super) fn trajectory(
         notes,
         t: samples.t,
     })
+}
+
+/// The first measured position \[m\].
+fn start(samples: &Samples, signal: Signal) -> Option<f64> {
+    samples.channel(signal)?.first().copied().filter(|x| x.is_finite())
 }
 
 /// Positions of both cars and their spacing \[m\].
@@ -72,11 +80,7 @@ fn positions(
     let v_l = samples.required(Signal::LeadSpeed);
     let v_f = samples.required(Signal::Speed);
     let gap = samples.required(Signal::Spacing);
-    let start = |signal| {
-        let x = samples.channel(signal).and_then(|x| x.first().copied());
-        x.filter(|x: &f64| x.is_finite())
-    };
-    let (start_l, start_f) = (start(Signal::LeadPosition), start(Signal::Position));
+    let [start_l, start_f] = [Signal::LeadPosition, Signal::Position].map(|signal| start(samples, signal));
     let spacing =
         |x_l: &[f64], x_f: &[f64]| -> Vec<f64> { x_l.iter().zip(x_f).map(|(x_l, x_f)| x_l - x_f - len_l).collect() };
 

@@ -26,7 +26,7 @@ pub struct Covariates {
     pub a_l: Vec<f64>,
     /// Sine of the grade under the follower, if the road is known.
     pub sin_grade: Option<Vec<f64>>,
-    /// Position on the road \[m\], modulo the lap, if the road is known.
+    /// Position on the road \[m\], modulo the lap, if positions or the grade are measured; otherwise every drive begins at 0.
     pub place: Option<Vec<f64>>,
 }
 
@@ -47,7 +47,7 @@ impl Covariates {
             dv: v_l.iter().zip(&trajectory.v_f).map(|(v_l, v)| v_l - v).collect(),
             a: slopes(&trajectory.v_f, trajectory.dt),
             a_l: slopes(v_l, trajectory.dt),
-            place: sin_grade.as_ref().map(|_| drive.x_road.iter().map(wrapped).collect()),
+            place: (trajectory.is_placed || sin_grade.is_some()).then(|| drive.x_road.iter().map(wrapped).collect()),
             sin_grade,
         }
     }

@@ -5,12 +5,17 @@ use crate::diagnose::policy::POLICY;
 
 /// Number of classes of a profile; a profile by place has as many as the road needs.
 const CLASSES: usize = 12;
+/// Name of the profile by place.
+pub const PLACE: &str = "place";
 /// Length of a class of place \[m\].
 const PLACE_CLASS_M: f64 = 60.0;
 /// A class needs this much time \[s\].
 const CLASS_MIN_S: f64 = 5.0;
 /// Places that two drives must share before their profiles are compared.
 const COMMON_PLACES: usize = 10;
+
+/// Correlations above this many standard deviations are not chance: fewer than one in a hundred of unrelated drives exceed it.
+const NOT_CHANCE: f64 = 2.5;
 
 /// d(t) of one drive.
 #[derive(Debug, Clone, Copy)]
@@ -61,8 +66,20 @@ pub struct Profiles {
     pub rms: f64,
     /// Profiles against each known quantity.
     pub profiles: Vec<Profile>,
-    /// Mean correlation between drives of the profiles by place; `None` for one drive, or without a road.
+    /// Mean correlation between drives of the profiles by place; `None` for one drive, or without places.
     pub repeats_by_place: Option<f64>,
+    /// Standard deviation of that correlation between drives that have nothing in common.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub repeats_by_chance: Option<f64>,
+}
+
+impl Profiles {
+    /// The correlation by place, if it is not chance.
+    #[must_use]
+    pub fn repeats(&self) -> Option<f64> {
+        let (repeats, chance) = self.repeats_by_place.zip(self.repeats_by_chance)?;
+        (repeats > NOT_CHANCE * chance).then_some(repeats)
+    }
 }
 
 /// A quantity at each sample, if it is known.
@@ -82,18 +99,19 @@ pub fn profiles(drives: &[Missing]) -> Option<Profiles> {
         ("acceleration of the car ahead", "m/s²", |m| Some(m.scene.a_l.clone())),
         ("sine of the grade", "-", |m| m.scene.sin_grade.clone()),
         ("gap error", "m", |m| m.gap_error.map(<[f64]>::to_vec)),
-        ("place", "m", |m| m.scene.place.clone()),
+        (PLACE, "m", |m| m.scene.place.clone()),
     ];
     let profiles = quantities
         .into_iter()
         .filter_map(|(name, unit, quantity)| {
             let sorted: Option<Vec<(Vec<f64>, &Missing)>> =
                 drives.iter().map(|drive| Some((quantity(drive)?, drive))).collect();
-            let edges = if name == "place" { None } else { Some(quantiles(sorted.as_ref()?)) };
+            let edges = if name == PLACE { None } else { Some(quantiles(sorted.as_ref()?)) };
             profile(name, unit, &sorted?, edges)
         })
         .collect();
-    Some(Profiles { rms, profiles, repeats_by_place: repeats_by_place(drives) })
+    let (repeats_by_place, repeats_by_chance) = repeats_by_place(drives).unzip();
+    Some(Profiles { rms, profiles, repeats_by_place, repeats_by_chance })
 }
 
 /// Edges of classes with equally many samples.
@@ -162,8 +180,8 @@ fn profile(name: &str, unit: &str, drives: &[(Vec<f64>, &Missing)], edges: Optio
     })
 }
 
-/// Mean correlation of d by place over all pairs of drives.
-fn repeats_by_place(drives: &[Missing]) -> Option<f64> {
+/// Mean correlation of d by place over all pairs of drives, and its standard deviation if the drives are unrelated.
+fn repeats_by_place(drives: &[Missing]) -> Option<(f64, f64)> {
     let profile = |missing: &Missing| {
         let place = missing.scene.place.as_ref()?;
         let mut sums: std::collections::BTreeMap<usize, (f64, f64)> = std::collections::BTreeMap::new();
@@ -183,13 +201,24 @@ fn repeats_by_place(drives: &[Missing]) -> Option<f64> {
             }
         }
     }
-    (!found.is_empty()).then(|| found.iter().sum::<f64>() / found.len() as f64)
+    let count = found.len() as f64;
+    let sum = |of: fn(&[f64; 2]) -> f64| found.iter().map(of).sum::<f64>();
+    // The correlations of unrelated drives are uncorrelated, also of two pairs with a drive in common.
+    (!found.is_empty()).then(|| (sum(|[r, _]| *r) / count, sum(|[_, variance]| *variance).sqrt() / count))
 }
 
-fn correlation(pairs: &[(f64, f64)]) -> Option<f64> {
+/// Correlation of two series, and its variance if they are unrelated, by Bartlett's formula: the sum of the products of their
+/// autocorrelations over their length.
+fn correlation(pairs: &[(f64, f64)]) -> Option<[f64; 2]> {
     let n = pairs.len() as f64;
     let (x, y) = (pairs.iter().map(|p| p.0).sum::<f64>() / n, pairs.iter().map(|p| p.1).sum::<f64>() / n);
     let sum = |f: &dyn Fn(f64, f64) -> f64| pairs.iter().map(|(a, b)| f(a - x, b - y)).sum::<f64>();
-    let r = sum(&|a, b| a * b) / (sum(&|a, _| a * a) * sum(&|_, b| b * b)).sqrt();
-    r.is_finite().then_some(r)
+    let [squares, others] = [sum(&|a, _| a * a), sum(&|_, b| b * b)];
+    let r = sum(&|a, b| a * b) / (squares * others).sqrt();
+    let lagged = |lag: usize, centred: &dyn Fn(usize) -> f64| -> f64 {
+        (lag..pairs.len()).map(|i| centred(i) * centred(i - lag)).sum()
+    };
+    let product = |lag: usize| lagged(lag, &|i| pairs[i].0 - x) * lagged(lag, &|i| pairs[i].1 - y) / (squares * others);
+    let variance = (1.0 + 2.0 * (1..pairs.len()).map(product).sum::<f64>()) / n;
+    r.is_finite().then_some([r, variance.max(0.0)])
 }

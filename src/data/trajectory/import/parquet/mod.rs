@@ -1,9 +1,11 @@
 //! Parquet files, whose rows are read as lines of a CSV table.
 
+mod delta;
 mod pages;
 
 use crate::text::bounded::{LINE_MAX, ROW, table_memory};
 use crate::trajectory::error::ImportError;
+use delta::PlainText;
 use pages::{Dictionaries, FOOTER, Pages};
 use parquet::basic::ConvertedType;
 use parquet::file::metadata::ParquetMetaData;
@@ -56,7 +58,7 @@ impl Text {
         refuse_rows(reader.metadata()).map_err(failed)?;
         let names: Vec<String> = schema.get_fields().iter().map(|field| quoted(field.name())).collect();
         let line = (names.join(",") + "\n").into_bytes();
-        Ok(Text { rows: RowIter::from_file_into(Box::new(reader)), line, done: 0 })
+        Ok(Text { rows: RowIter::from_file_into(Box::new(PlainText(reader))), line, done: 0 })
     }
 }
 

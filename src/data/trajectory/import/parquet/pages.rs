@@ -13,7 +13,7 @@ use std::sync::{Arc, Mutex, PoisonError};
 pub(super) const FOOTER: u64 = 8;
 
 /// The largest page, unpacked \[bytes\]: a column of as many numbers as a table may have rows. Writers aim at 1 MB; some write a column as one page.
-const PAGE_MAX: i32 = 256 << 20;
+pub(super) const PAGE_MAX: i32 = 256 << 20;
 /// The largest page with the values of a dictionary \[bytes\]; each of them takes several times as much in memory. Writers stop at 1 or 2 MB.
 const DICTIONARY_MAX: i32 = 16 << 20;
 /// The longest header \[bytes\]: it may hold the smallest and the largest text of a page.
@@ -97,8 +97,6 @@ struct Header {
     is_dictionary: bool,
     /// Values as places in a dictionary.
     uses_dictionary: bool,
-    /// Text as its difference from the previous one; the library does not check the lengths.
-    is_text_delta: bool,
 }
 
 // Types of Thrift's compact protocol.
@@ -152,12 +150,8 @@ impl Header {
         match (of, field) {
             (0, UNPACKED) => self.unpacked = self.unpacked.max(value),
             (DICTIONARY, 1) => self.values = self.values.max(value),
-            // DELTA_LENGTH_BYTE_ARRAY and DELTA_BYTE_ARRAY.
-            // And PLAIN_DICTIONARY and RLE_DICTIONARY.
-            (DATA, 2) | (DATA_V2, 4) => {
-                self.is_text_delta |= [6, 7].contains(&value);
-                self.uses_dictionary |= [2, 8].contains(&value);
-            }
+            // PLAIN_DICTIONARY and RLE_DICTIONARY.
+            (DATA, 2) | (DATA_V2, 4) => self.uses_dictionary |= [2, 8].contains(&value),
             _ => {}
         }
     }
@@ -170,11 +164,6 @@ impl Header {
         // Each takes a byte at least.
         if self.values > self.unpacked {
             return Err(format!("a dictionary of {} bytes has {} values", self.unpacked, self.values));
-        }
-        if self.is_text_delta {
-            return Err("a text column has the encoding DELTA_BYTE_ARRAY, which leadlag does not read; \
-                        expected plain or dictionary encoding"
-                .to_owned());
         }
         Ok(())
     }
@@ -221,7 +210,7 @@ fn byte(input: &mut impl Read) -> io::Result<u8> {
 }
 
 /// Seven bits a byte, the lowest first.
-fn varint(input: &mut impl Read) -> io::Result<u64> {
+pub(super) fn varint(input: &mut impl Read) -> io::Result<u64> {
     let mut value = 0;
     for shift in (0..64).step_by(7) {
         let byte = byte(input)?;
@@ -263,10 +252,9 @@ mod tests {
         let twice = [0x15, 0, 0x15, 2, 0x05, 4, 0xFE, 0xFF, 0xFF, 0xFF, 0x0F, 0];
         let said = read(&twice).expect("a header").check().expect_err("too much");
         assert_eq!(said, format!("a page has {} bytes, unpacked, expected at most {PAGE_MAX}", i32::MAX));
-        // A dictionary of 2 bytes with 64 values; text by its changes; a size in one byte; an unterminated text.
+        // A dictionary of 2 bytes with 64 values; a size in one byte; an unterminated text.
         let check = |bytes: &[u8]| read(bytes).map(|header| header.check());
         assert!(check(&[0x15, 4, 0x15, 4, 0x5C, 0x15, 0x80, 1, 0x15, 0, 0, 0]).expect("a header").is_err());
-        assert!(check(&[0x15, 0, 0x15, 4, 0x3C, 0x15, 2, 0x15, 14, 0, 0]).expect("a header").is_err());
         assert!(read(&[0x15, 0, 0x13, 4, 0]).is_err());
         assert!(read(&[0x5C, 0x5C, 0x18, 0xFF, 0xFF, 0xFF, 0x7F, 0, 0, 0]).is_err());
     }
