@@ -64,7 +64,7 @@ impl<T: Real, const L: usize> Blocks<T, L> {
 
 /// Number of samples between two readings of a block's residuals: so few that they stay in the cache, and so many that the interruption
 /// costs nothing.
-const STRETCH: usize = 64;
+const STRETCH: usize = 128;
 
 /// Values that runs store at each sample; the discriminant is their number.
 #[derive(Debug, Clone, Copy)]
