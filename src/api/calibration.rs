@@ -59,7 +59,7 @@ pub struct Calibration {
     pub(crate) warn: fn(&str),
 }
 
-/// Program and state of its searches, such as `leadlag 0.1.0+search7`: with the same one, a seed gives the same result.
+/// Program and state of its searches, such as `leadlag 0.1.0+search8`: with the same one, a seed gives the same result.
 #[must_use]
 pub fn program() -> &'static str {
     &calibrate::PROGRAM

@@ -24,7 +24,7 @@ pub enum Contender {
 }
 
 impl Contender {
-    /// All of this version, the ceiling first.
+    /// All of this version, the hand-written loops first.
     pub const ALL: &'static [Contender] = &[
         Contender::NativeF32,
         Contender::NativeF64,
@@ -150,7 +150,7 @@ mod tests {
     use crate::evaluator::Score;
     use crate::score::GoodnessOfFit;
 
-    // Measured: 3e-6 and 3e-13. A ceiling must compute the same.
+    // Measured: 3e-6 and 3e-13. A loop to compare with must compute the same.
     #[test]
     fn the_loop_by_hand_computes_what_the_reference_computes() {
         let drive = Drive::synthetic().expect("the scenario is fixed");

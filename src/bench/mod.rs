@@ -1,7 +1,7 @@
 //! How fast candidates are simulated: evaluators, variants and population sizes, measured in turns.
 //!
 //! The unit is Mcs, a million candidate-steps: N candidates over T samples are N T candidate-steps, even if some candidates crash on the
-//! way. The table also has a hand-fused loop (`native`), the ceiling on a CPU, and the plain scalar reference, so that a figure can be
+//! way. The table also has a loop written by hand (`native`) and the plain scalar reference, so that a figure can be
 //! judged without knowing the machine. Repetitions of all contenders are interleaved, so that a change of the machine's load affects all
 //! alike; every single time is kept. A hardware GPU comes after them, alone.
 

@@ -88,7 +88,7 @@ fn rows_of_another_state_of_the_search_are_not_taken() {
         Journal::<OptimizerOutcome>::open(&path).expect("readable").get(&task).is_some()
     };
     assert!(taken(&PROGRAM));
-    for program in [format!("leadlag {}+search6", env!("CARGO_PKG_VERSION")), "leadlag 0.0.1+search7".into()] {
+    for program in [format!("leadlag {}+search6", env!("CARGO_PKG_VERSION")), "leadlag 0.0.1+search8".into()] {
         assert!(!taken(&program), "{program}");
     }
 }

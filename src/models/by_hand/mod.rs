@@ -1,4 +1,4 @@
-//! The ceiling on a CPU: IDM without extensions, written by hand as one fused loop over blocks of candidates.
+//! A loop to compare with: IDM without extensions, written by hand as one fused loop over blocks of candidates.
 //!
 //! It interprets no text, checks only the spacing, and supports no other variant: an upper limit for the speed of an evaluator that runs
 //! any text. It consists of plain arrays and loops, which the compiler vectorises; the function is compiled for several instruction sets,

@@ -7,11 +7,9 @@ use super::noise::{Answer, Free, Noise};
 use super::{Exactly, Optimism, student};
 use crate::calibrate::SearchSpace;
 use crate::convention::Denominators;
-use crate::evaluator::{Case, EvaluateError};
+use crate::evaluator::{EvaluateError, Evaluator, Innovations, Job, Observer, Population};
 use crate::lanes::Lanes;
-use crate::reference::Trace;
-use crate::rescore;
-use crate::score::{Accumulation, GoodnessOfFit, Measured};
+use crate::score::{Accumulation, Measured};
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 
@@ -41,6 +39,34 @@ struct SignalResiduals {
     per_count: f64,
     residual: Vec<f64>,
     slopes: Vec<Vec<f64>>,
+}
+
+/// Spacing, speed and acceleration of a run, sample by sample.
+type Signals = [Vec<f64>; 3];
+
+/// A run to the end, and its first simulated sample.
+#[derive(Clone)]
+struct Whole {
+    of: Signals,
+    first: usize,
+}
+
+/// Free runs of some candidates on case `k`, together; `None` for one that fails.
+fn runs(
+    exactly: Exactly<'_>,
+    k: usize,
+    space: &SearchSpace,
+    candidates: &[Vec<f64>],
+) -> Result<Vec<Option<Whole>>, EvaluateError> {
+    let mut population = Population::new(&space.symbols);
+    candidates.iter().for_each(|candidate| population.push(candidate));
+    let job = Job { case: exactly.first + k, population: &population };
+    let runs = exactly.lanes.innovations(&job, &vec![Observer::NONE; candidates.len()])?;
+    let whole = |run: Innovations| {
+        let of = |k: usize| run.state.iter().map(|state| state[k]).collect();
+        run.failed.is_none().then(|| Whole { of: [of(0), of(1), run.acceleration.clone()], first: run.first })
+    };
+    Ok(runs.into_iter().map(whole).collect())
 }
 
 /// Time between the disturbances whose effect is computed \[s\]: short against the response time of a driver.
@@ -93,7 +119,6 @@ impl Local {
     /// Fails if the candidate, or all its neighbours in some direction, cannot be simulated, or if the score has no curvature.
     pub(super) fn new(
         exactly: Exactly<'_>,
-        gof: &GoodnessOfFit,
         space: &SearchSpace,
         candidate: &[f64],
         stop: &mut dyn FnMut() -> bool,
@@ -117,11 +142,11 @@ impl Local {
             tried: vec![0; n],
         };
         let (mut sloped, mut forms) = (false, Vec::new());
-        for case in cases {
+        for k in 0..cases.len() {
             if stop() {
                 return Ok(Err(local.refused(STOPPED)));
             }
-            let Some(signals) = local.signals(case, gof, space, candidate) else {
+            let Some(signals) = local.signals(exactly, k, space, candidate)? else {
                 return Ok(Err(local.refused("the score is not defined around the candidate")));
             };
             sloped |= signals.1.iter().any(|signal| signal.slopes.iter().flatten().any(|slope| *slope != 0.0));
@@ -177,49 +202,58 @@ impl Local {
         Refused { note, evaluations: self.evaluations() }
     }
 
-    /// Residuals and slopes of all signals that are compared.
+    /// Residuals and slopes of all signals of case `k` that are compared; `None` if the score is undefined at the candidate or around it.
     fn signals(
         &mut self,
-        case: &Case,
-        gof: &GoodnessOfFit,
+        exactly: Exactly<'_>,
+        k: usize,
         space: &SearchSpace,
         candidate: &[f64],
-    ) -> Option<(usize, Vec<SignalResiduals>)> {
-        let mut trace = Trace::default();
-        let mut run = |values: &[f64]| {
-            let parameters = space.parameters(values);
-            let whole = rescore::outcome(case, &parameters, &mut trace).is_ok_and(|outcome| outcome.result.is_ok());
-            let first = case.first_sample(case.delay(&parameters));
-            whole.then(|| ([trace.s.clone(), trace.v.clone(), trace.a.clone()], first))
-        };
-        let (here, mut first) = run(candidate)?;
-        // Per parameter: the signals on both sides, and their distance.
-        let mut sides = Vec::new();
-        for (&i, tried) in self.free.iter().zip(&mut self.tried) {
+    ) -> Result<Option<(usize, Vec<SignalResiduals>)>, EvaluateError> {
+        let (case, gof) = (&exactly.cases()[k], exactly.lanes.gof());
+        let beside = |i: usize, share: f64| {
             let [lower, upper] = space.bounds[i];
-            let mut found = None;
-            for (before, step) in STEPS.into_iter().enumerate() {
-                *tried = (*tried).max(1 + before as u64);
-                let at = |share: f64| {
-                    let mut moved = candidate.to_vec();
-                    moved[i] = (candidate[i] + share * (upper - lower)).clamp(lower, upper);
-                    moved
+            let mut moved = candidate.to_vec();
+            moved[i] = (candidate[i] + share * (upper - lower)).clamp(lower, upper);
+            moved
+        };
+        let (mut middle, mut first) = (None, 0);
+        // Per parameter: the signals on both sides, and their distance.
+        let mut sides: Vec<Option<(Signals, Signals, f64)>> = self.free.iter().map(|_| None).collect();
+        let mut open: Vec<usize> = (0..sides.len()).collect();
+        for (before, step) in STEPS.into_iter().enumerate() {
+            let candidates: Vec<Vec<f64>> = std::iter::once(candidate.to_vec())
+                .chain(open.iter().flat_map(|&j| [-step, step].map(|share| beside(self.free[j], share))))
+                .collect();
+            let mut runs = runs(exactly, k, space, &candidates)?.into_iter().zip(&candidates);
+            let Some((Some(here), _)) = runs.next() else { return Ok(None) };
+            let mut still = Vec::new();
+            for &j in &open {
+                self.tried[j] = self.tried[j].max(1 + before as u64);
+                let (i, [lower, upper]) = (self.free[j], space.bounds[self.free[j]]);
+                let mut side = || match runs.next() {
+                    Some((Some(run), moved)) => (moved[i], run),
+                    _ => (candidate[i], here.clone()),
                 };
-                let (below, above) = (at(-step), at(step));
-                let low = run(&below).map_or((candidate[i], here.clone(), first), |(s, f)| (below[i], s, f));
-                let high = run(&above).map_or((candidate[i], here.clone(), first), |(s, f)| (above[i], s, f));
-                first = first.max(low.2).max(high.2);
-                let distance = (high.0 - low.0) / (upper - lower);
+                let ((below, low), (above, high)) = (side(), side());
+                first = first.max(here.first).max(low.first).max(high.first);
+                let distance = (above - below) / (upper - lower);
+                if distance <= 0.0 || low.of == high.of {
+                    still.push(j);
+                }
                 if distance > 0.0 {
-                    let changes = low.1 != high.1;
-                    found = Some((low.1, high.1, distance));
-                    if changes {
-                        break;
-                    }
+                    sides[j] = Some((low.of, high.of, distance));
                 }
             }
-            sides.push(found?);
+            middle = Some(here.of);
+            open = still;
+            if open.is_empty() {
+                break;
+            }
         }
+        let (Some(here), Some(sides)) = (middle, sides.into_iter().collect::<Option<Vec<_>>>()) else {
+            return Ok(None);
+        };
 
         let floored = case.convention.denominators == Denominators::Floored;
         let observed: [&[f64]; 3] = [&case.s, &case.v_f, &case.a_f];
@@ -233,7 +267,7 @@ impl Local {
                 let pairs = simulated[first..].iter().zip(&observed[k][first..]);
                 pairs.map(|(sim, obs)| kind.term(*sim, *obs, floor[k])).collect()
             };
-            let slope = |(low, high, distance): &([Vec<f64>; 3], [Vec<f64>; 3], f64)| -> Vec<f64> {
+            let slope = |(low, high, distance): &(Signals, Signals, f64)| -> Vec<f64> {
                 let (low, high) = (residual_of(&low[k]), residual_of(&high[k]));
                 low.iter().zip(&high).map(|(low, high)| (high - low) / distance).collect()
             };
@@ -254,7 +288,7 @@ impl Local {
                 slopes,
             });
         }
-        Some((first, signals))
+        Ok(Some((first, signals)))
     }
 
     /// Minimum of the quadratic form.

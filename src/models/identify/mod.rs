@@ -3,7 +3,7 @@
 //! The residuals of a free simulation are far from independent: at ten samples a second, each nearly repeats the previous one. So samples
 //! are never counted as independent here.
 //!
-//! 1. `local`: the score near its minimum as a quadratic form, by differences of the f64 reference, and the displacement of
+//! 1. `local`: the score near its minimum as a quadratic form, by differences in f64, and the displacement of
 //!    the minimum by the noise of the drive (`noise`).
 //! 2. `near`: correlations between parameters among the candidates that are nearly as good as the best.
 //!
@@ -117,7 +117,7 @@ pub fn identify_on(
     stop: &mut dyn FnMut() -> bool,
 ) -> Result<Identifiability, EvaluateError> {
     let none = |note, evaluations| Ok(Identifiability { note: Some(note), evaluations, ..Identifiability::default() });
-    let local = match local::Local::new(exactly, exactly.lanes.gof(), space, candidate, stop)? {
+    let local = match local::Local::new(exactly, space, candidate, stop)? {
         Ok(local) => local,
         Err(refused) => return none(refused.note, refused.evaluations),
     };

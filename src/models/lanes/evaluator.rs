@@ -262,8 +262,8 @@ impl Lanes {
     /// # Errors
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     pub fn pulled(&self, job: &Job<'_>, pull: Pull) -> Result<Vec<(Score, f64)>, EvaluateError> {
-        let (settings, observers) = self.pulling(job, pull);
-        with_engine!(self.observing()?, core => {
+        let (engine, settings, observers) = self.pulling(job, pull)?;
+        with_engine!(engine, core => {
             core.soft_scores(&self.cases, job, &settings, &observers)
         })
     }
@@ -276,8 +276,8 @@ impl Lanes {
     /// # Panics
     /// If differences name missing candidates.
     pub fn slopes(&self, job: &Job<'_>, differences: &[Differences], pull: Pull) -> Result<Vec<Slopes>, EvaluateError> {
-        let (settings, observers) = self.pulling(job, pull);
-        with_engine!(self.observing()?, core => {
+        let (engine, settings, observers) = self.pulling(job, pull)?;
+        with_engine!(engine, core => {
             core.slopes(&self.cases, job, &settings, &observers, differences)
         })
     }
@@ -297,8 +297,8 @@ impl Lanes {
         differences: &'a [Differences],
         bins: Bins<'a>,
     ) -> Result<Vec<Option<Products<'a>>>, EvaluateError> {
-        let (settings, observers) = self.pulling(job, pull);
-        with_engine!(self.observing()?, core => {
+        let (engine, settings, observers) = self.pulling(job, pull)?;
+        with_engine!(engine, core => {
             core.products(&self.cases, job, &settings, &observers, (differences, bins))
         })
     }
@@ -314,8 +314,8 @@ impl Lanes {
         pull: Pull,
         bins: Bins<'_>,
     ) -> Result<Vec<Option<Vec<[f64; SIGNALS]>>>, EvaluateError> {
-        let (settings, observers) = self.pulling(job, pull);
-        with_engine!(self.observing()?, core => core.squares(&self.cases, job, &settings, &observers, bins))
+        let (engine, settings, observers) = self.pulling(job, pull)?;
+        with_engine!(engine, core => core.squares(&self.cases, job, &settings, &observers, bins))
     }
 
     /// Residuals of free runs whose squares add up to the score, one vector per candidate: those of spacing, then of speed, then of
@@ -325,18 +325,22 @@ impl Lanes {
     /// # Errors
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     pub fn norm_residuals(&self, job: &Job<'_>) -> Result<Vec<Vec<f64>>, EvaluateError> {
-        let (settings, observers) = self.pulling(job, Pull::NONE);
-        with_engine!(self.observing()?, core => {
+        let (engine, settings, observers) = self.pulling(job, Pull::NONE)?;
+        with_engine!(engine, core => {
             core.norm_residuals(&self.cases, job, &settings, &observers)
         })
     }
 
-    fn pulling(&self, job: &Job<'_>, pull: Pull) -> (Settings, Vec<Observer>) {
+    /// Runs without a pull need no observer.
+    fn pulling(&self, job: &Job<'_>, pull: Pull) -> Result<(&Engine, Settings, Vec<Observer>), EvaluateError> {
         let adding = Adding::One(self.gof.accumulation());
         let counts = self.cases[job.case].convention.bounds == BoundRule::Reject;
         let settings = Settings { soft: pull.soft, ..settings(adding, self.compensated(), counts, None) };
+        if pull.share == 0.0 {
+            return Ok((&self.engine, settings, Vec::new()));
+        }
         let observer = Observer { gain: [pull.share, 0.0, 0.0, pull.share, 0.0, 0.0], ..Observer::NONE };
-        (settings, vec![observer; job.population.len()])
+        Ok((self.observing()?, settings, vec![observer; job.population.len()]))
     }
 
     fn observing(&self) -> Result<&Engine, EvaluateError> {

@@ -4,10 +4,12 @@ use super::step::lowest;
 use crate::evaluator::{Pull, Slopes};
 use nalgebra::{DMatrix, DVector};
 
-/// Dampings tried in an iteration, as factors of the present one; the first two again with the majorant.
+/// Dampings tried in an iteration, as factors of the present one; the first again with the majorant.
 const DAMPINGS: [f64; 6] = [1e-7, 1e-4, 1e-2, 1e-1, 1.0, 30.0];
 /// Number of these that are also tried with the majorant: where a score approaches 0, its curvature vanishes along the way.
 const MAJORANTS: usize = 1;
+/// Points tried in an iteration.
+const TRIES: usize = DAMPINGS.len() + MAJORANTS;
 /// The best factor: an iteration in which another one was better moves the damping towards it.
 const USUAL: f64 = 1e-2;
 /// Factor on the damping after an iteration without gain.
@@ -18,6 +20,8 @@ const STUCK: f64 = 1e8;
 const RANGE: [f64; 2] = [1e-4, 1e6];
 /// Number of successive iterations with less gain than the tolerance that end a descent.
 const IDLE: usize = 2;
+/// Share of the tolerance: if derivatives promise less, the iteration is not needed.
+const PROMISED: f64 = 0.1;
 /// The least curvature of a coordinate, as a share of the largest.
 const LEAST: f64 = 1e-6;
 
@@ -48,6 +52,10 @@ pub struct Walker {
 }
 
 impl Walker {
+    fn new(place: Vec<f64>) -> Walker {
+        Walker { place, cost: f64::INFINITY, promise: f64::INFINITY, damping: 1.0, idle: 0, stands: false }
+    }
+
     /// The points to try, and the gain that the first of them promises.
     fn tries(&self, slopes: &Slopes, held: &[usize]) -> (Vec<Vec<f64>>, f64) {
         let n = self.place.len();
@@ -75,11 +83,10 @@ impl Walker {
     }
 
     /// Moves to the best of the tried points.
-    fn take(&mut self, cost: f64, (tried, promise): &(Vec<Vec<f64>>, f64), costs: &[f64], tolerance: f64) {
-        self.cost = cost;
-        let best = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).expect("dampings");
-        let gain = cost - costs[best];
-        self.promise = promise - gain.max(0.0);
+    fn take(&mut self, tried: &[Vec<f64>], costs: &[f64], tolerance: f64) {
+        let best = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).expect("steps");
+        let gain = self.cost - costs[best];
+        self.promise -= gain.max(0.0);
         if gain > 0.0 {
             let factor = DAMPINGS[best % DAMPINGS.len()];
             self.damping = (self.damping * (factor / USUAL).sqrt()).clamp(RANGE[0], RANGE[1]);
@@ -94,7 +101,7 @@ impl Walker {
 
 /// Number of simulations of an iteration at one point with this many coordinates.
 pub fn turn(moved: usize) -> usize {
-    moved + 1 + DAMPINGS.len() + MAJORANTS
+    moved + 1 + TRIES
 }
 
 /// Limits of a descent, and its observer.
@@ -135,28 +142,38 @@ pub fn descend<S: Surface>(
     course: Course,
     watch: &mut dyn Watch,
 ) -> Result<Vec<Walker>, S::Error> {
-    let begin =
-        |place| Walker { place, cost: f64::INFINITY, promise: f64::INFINITY, damping: 1.0, idle: 0, stands: false };
-    let mut walkers: Vec<Walker> = starts.into_iter().map(begin).collect();
+    let mut walkers: Vec<Walker> = starts.into_iter().map(Walker::new).collect();
     let moved = objective.dimensions() - held.len();
     for _ in 0..course.turns {
-        let mut going: Vec<&mut Walker> = walkers.iter_mut().filter(|walker| !walker.stands).collect();
-        let tries = DAMPINGS.len() + MAJORANTS;
-        if going.is_empty() || !watch.spend(going.len() * turn(moved)) {
+        let going: Vec<&mut Walker> = walkers.iter_mut().filter(|walker| !walker.stands).collect();
+        if going.is_empty() || !watch.spend(going.len() * (moved + 1)) {
             break;
         }
         let places: Vec<&Vec<f64>> = going.iter().map(|walker| &walker.place).collect();
         let slopes = objective.slopes(&places, held, course.pull)?;
-        let tried: Vec<(Vec<Vec<f64>>, f64)> =
-            going.iter().zip(&slopes).map(|(walker, slopes)| walker.tries(slopes, held)).collect();
-        let all: Vec<Vec<f64>> = tried.iter().flat_map(|(places, _)| places).cloned().collect();
-        let costs = objective.costs(&all, course.pull)?;
-        for (((walker, slopes), tried), costs) in going.iter_mut().zip(&slopes).zip(&tried).zip(costs.chunks(tries)) {
-            if slopes.cost.is_finite() {
-                walker.take(slopes.cost, tried, costs, course.tolerance);
-            } else {
+        let mut trying: Vec<(&mut Walker, Vec<Vec<f64>>)> = Vec::new();
+        for (walker, slopes) in going.into_iter().zip(&slopes) {
+            if !slopes.cost.is_finite() {
                 walker.stands = true;
+                continue;
             }
+            let (tried, promise) = walker.tries(slopes, held);
+            (walker.cost, walker.promise) = (slopes.cost, promise);
+            walker.stands = promise <= PROMISED * course.tolerance * slopes.cost;
+            if !walker.stands {
+                trying.push((walker, tried));
+            }
+        }
+        if trying.is_empty() {
+            continue;
+        }
+        let all: Vec<Vec<f64>> = trying.iter().flat_map(|(_, places)| places).cloned().collect();
+        if !watch.spend(all.len()) {
+            break;
+        }
+        let costs = objective.costs(&all, course.pull)?;
+        for ((walker, tried), costs) in trying.iter_mut().zip(costs.chunks(TRIES)) {
+            walker.take(tried, costs, course.tolerance);
         }
     }
     Ok(walkers)

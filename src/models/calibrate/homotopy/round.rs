@@ -11,8 +11,10 @@ use rand::RngExt;
 /// Number of random points at the start of a search, and the share of all evaluations that they may use.
 const SCREENED: usize = 96;
 const SCREENING: f64 = 0.25;
-/// Number of these that descend, and their least distance, as a root mean square over the coordinates.
+/// Number of these that descend, without a pull and under one, which brings them together; and their least distance, as a root mean square
+/// over the coordinates.
 const STARTS: usize = 10;
+const PULLED: usize = 6;
 const APART: f64 = 0.15;
 /// Number of iterations for which there should be evaluations; otherwise fewer starts descend.
 const SOME_TURNS: usize = 5;
@@ -25,13 +27,12 @@ const DIRECT: [(usize, usize); 3] = [(3, STARTS), (4, 5), (8, FINAL)];
 /// Shares of the residuals that are taken back after each step, one level after the other.
 const LEVELS: [f64; 5] = [0.1, 0.03, 0.01, 0.003, 0.001];
 /// Iterations of a level, and of the runs without a pull that follow.
-const TURNS: usize = 6;
+const TURNS: usize = 4;
 const FREE_TURNS: usize = 10;
 /// A pull from which on costs are nearly those of free runs.
 const WEAK: f64 = 0.003;
-/// At changes to a weaker pull: points whose cost exceeds this multiple of the best are dropped, and this many points continue.
+/// At changes to a weaker pull, points whose cost exceeds this multiple of the best are dropped.
 const BEHIND: [f64; 2] = [1.5, 1.25];
-const KEPT: [usize; 2] = [STARTS, 6];
 /// Two points have met if their costs differ by less than the first share and their coordinates by less than [`APART`], or their costs by
 /// less than the second share.
 const MET: [f64; 2] = [3e-3, 1e-6];
@@ -51,7 +52,7 @@ impl Search<'_> {
     /// Without a pull: enough for most surfaces, and the first result of every search.
     fn directly(&mut self, places: &[Vec<f64>]) -> Result<Vec<Walker>, CalibrateError> {
         let pull = pulled(0.0);
-        let mut starts = self.best_starts(places, pull)?;
+        let mut starts = self.best_starts(places, pull, STARTS)?;
         if self.record.best.is_none() && self.record.stopped.is_none() {
             self.score_exactly(&starts)?;
         }
@@ -71,27 +72,28 @@ impl Search<'_> {
 
     /// Under a pull that fades.
     fn homotopy(&mut self, places: &[Vec<f64>]) -> Result<Vec<Walker>, CalibrateError> {
-        let mut starts = self.best_starts(places, pulled(LEVELS[0]))?;
+        let mut starts = self.best_starts(places, pulled(LEVELS[0]), PULLED)?;
         for share in LEVELS {
             let course = Course { pull: pulled(share), turns: TURNS, tolerance: ROUGH };
             let walkers = merged(descend(&self.smooth, starts, &[], course, &mut self.record)?);
             let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(walkers) };
             let weak = usize::from(share <= WEAK);
             let near = walkers.into_iter().filter(|walker| walker.cost <= best * BEHIND[weak]);
-            starts = near.take(KEPT[weak]).map(|walker| walker.place).collect();
+            starts = near.map(|walker| walker.place).collect();
         }
         let course = Course { pull: pulled(0.0), turns: FREE_TURNS, tolerance: ROUGH };
         Ok(descend(&self.smooth, starts, &[], course, &mut self.record)?)
     }
 
-    /// The best distinct points, as many as there are evaluations to improve them for some iterations; none if there are too few.
-    fn best_starts(&mut self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<Vec<f64>>, CalibrateError> {
+    /// The best distinct points, at most this many and as many as there are evaluations to improve them for some iterations; none if there are
+    /// too few.
+    fn best_starts(&mut self, places: &[Vec<f64>], pull: Pull, most: usize) -> Result<Vec<Vec<f64>>, CalibrateError> {
         if !self.record.spend(places.len()) {
             return Ok(Vec::new());
         }
         let costs = self.smooth.costs(places, pull)?;
         let left = self.record.settings.stop.max_evaluations.saturating_sub(self.record.evaluations) as usize;
-        let affordable = (left / (SOME_TURNS * turn(self.smooth.dimensions()))).clamp(1, STARTS);
+        let affordable = (left / (SOME_TURNS * turn(self.smooth.dimensions()))).clamp(1, most);
         Ok(best_apart(places, &costs, affordable))
     }
 }

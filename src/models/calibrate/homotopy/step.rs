@@ -2,63 +2,78 @@
 
 use nalgebra::{DMatrix, DVector};
 
-/// Sweeps over the coordinates, at most.
-const SWEEPS: usize = 200;
-/// Number of sweeps after which the coordinates on no bound are solved for together.
-const TOGETHER: usize = 10;
-/// A sweep that moves no coordinate, each of a range of 1, by more than this is the last one.
-const STANDS: f64 = 1e-12;
+/// Changes of the set of coordinates on bounds, at most, per coordinate: far more than it takes, in case rounding makes one come and go.
+const CHANGES: usize = 4;
+/// Share of a curvature that rounding may leave.
+const ROUNDING: f64 = 1e-14;
 
-/// The step d from `lower` to `upper` with the least g'd + d'Hd/2, H symmetric with a diagonal above 0.
+/// The step d from `lower` to `upper`, which include 0, with the least g'd + d'Hd/2, H symmetric and positive semidefinite with a diagonal above 0: from 0 to the minimum
+/// of the free coordinates; one that reaches a bound stays there until its slope points inwards.
 pub fn lowest(gradient: &DVector<f64>, curvature: &DMatrix<f64>, lower: &[f64], upper: &[f64]) -> DVector<f64> {
     let n = gradient.len();
-    let value = |d: &DVector<f64>| gradient.dot(d) + 0.5 * d.dot(&(curvature * d));
     let mut step = DVector::zeros(n);
-    for sweep in 1..=SWEEPS {
-        let mut moved = 0.0_f64;
-        for j in 0..n {
-            let slope = gradient[j] + curvature.column(j).dot(&step);
-            let next = (step[j] - slope / curvature[(j, j)]).clamp(lower[j], upper[j]);
-            moved = moved.max((next - step[j]).abs());
-            step[j] = next;
+    let outwards = |j: usize, x: f64, slope: f64| x <= lower[j] && slope >= 0.0 || x >= upper[j] && slope <= 0.0;
+    let mut free: Vec<usize> = (0..n).filter(|&j| lower[j] < upper[j] && !outwards(j, 0.0, gradient[j])).collect();
+    for _ in 0..CHANGES * (n + 1) {
+        let target = solve(gradient, curvature, &step, &free);
+        let mut share = 1.0;
+        let mut first = None;
+        for (place, (&j, target)) in free.iter().zip(&target).enumerate() {
+            let bound = if *target < step[j] { lower[j] } else { upper[j] };
+            let reached = (bound - step[j]) / (target - step[j]);
+            if reached < share {
+                (share, first) = (reached, Some((place, bound)));
+            }
         }
-        if moved < STANDS {
-            break;
+        for (&j, target) in free.iter().zip(&target) {
+            step[j] = (step[j] + share * (target - step[j])).clamp(lower[j], upper[j]);
         }
-        if sweep % TOGETHER != 0 {
+        if let Some((place, bound)) = first {
+            step[free.remove(place)] = bound;
             continue;
         }
-        let inside: Vec<usize> = (0..n).filter(|&j| step[j] > lower[j] && step[j] < upper[j]).collect();
-        if let Some(together) = solve(gradient, curvature, &step, &inside)
-            && inside.iter().all(|&j| together[j] >= lower[j] && together[j] <= upper[j])
-            && value(&together) <= value(&step)
-        {
-            return together;
-        }
+        let gain = |j: usize| {
+            let slope = gradient[j] + curvature.column(j).dot(&step);
+            (!outwards(j, step[j], slope)).then(|| (slope * slope / curvature[(j, j)], j))
+        };
+        let bound = (0..n).filter(|j| lower[*j] < upper[*j] && !free.contains(j));
+        let Some((_, freed)) = bound.filter_map(gain).max_by(|a, b| a.0.total_cmp(&b.0)) else { break };
+        free.push(freed);
     }
     step
 }
 
-/// The step with the coordinates `inside` at the minimum, given the others.
-fn solve(
-    gradient: &DVector<f64>,
-    curvature: &DMatrix<f64>,
-    step: &DVector<f64>,
-    inside: &[usize],
-) -> Option<DVector<f64>> {
-    let mut fixed = step.clone();
-    inside.iter().for_each(|&j| fixed[j] = 0.0);
-    let slope = gradient + curvature * &fixed;
-    let small = DMatrix::from_fn(inside.len(), inside.len(), |a, b| curvature[(inside[a], inside[b])]);
-    let right = DVector::from_fn(inside.len(), |a, _| -slope[inside[a]]);
-    let solved = small.cholesky()?.solve(&right);
-    inside.iter().zip(solved.iter()).for_each(|(&j, x)| fixed[j] = *x);
-    fixed.iter().all(|x| x.is_finite()).then_some(fixed)
+/// Values of the free coordinates at the minimum, given the others; 0 for one whose curvature follows, but for rounding, from those before.
+fn solve(gradient: &DVector<f64>, curvature: &DMatrix<f64>, step: &DVector<f64>, free: &[usize]) -> Vec<f64> {
+    let m = free.len();
+    let held =
+        |i: usize| (0..step.len()).filter(|k| !free.contains(k)).map(|k| curvature[(i, k)] * step[k]).sum::<f64>();
+    let mut x: Vec<f64> = free.iter().map(|&i| -(gradient[i] + held(i))).collect();
+    // Cholesky's factor, row by row.
+    let mut factor = vec![0.0; m * m];
+    for a in 0..m {
+        for b in 0..=a {
+            let products: f64 = (0..b).map(|k| factor[a * m + k] * factor[b * m + k]).sum();
+            let whole = curvature[(free[a], free[b])];
+            let rest = whole - products;
+            factor[a * m + b] = match a == b {
+                true if rest > ROUNDING * whole => rest.sqrt(),
+                true => f64::INFINITY,
+                false => rest / factor[b * m + b],
+            };
+        }
+        x[a] = (x[a] - (0..a).map(|k| factor[a * m + k] * x[k]).sum::<f64>()) / factor[a * m + a];
+    }
+    for a in (0..m).rev() {
+        x[a] = (x[a] - (a + 1..m).map(|k| factor[k * m + a] * x[k]).sum::<f64>()) / factor[a * m + a];
+    }
+    x
 }
 
 #[cfg(test)]
 mod tests {
     use super::lowest;
+    use crate::optimize::{normal, stream};
     use nalgebra::{DMatrix, DVector};
 
     /// Worked by hand: free, H d = -g gives (2, -1); with d_2 at its bound of -0.5, d_1 is (3 + 0.5) / 2.
@@ -74,5 +89,33 @@ mod tests {
             let step = lowest(&g, &h, &lower, &upper);
             assert!((step - DVector::from_row_slice(&expected)).amax() < 1e-9, "{lower:?} {upper:?}");
         }
+    }
+
+    /// Slopes inside the box vanish, and those on bounds point out of it, whatever the matrix.
+    #[test]
+    fn the_step_is_the_lowest_of_the_box() {
+        let mut rng = stream(3, 0, 0, 0);
+        for n in (1..=12).cycle().take(600) {
+            let factor = DMatrix::from_fn(n, n, |_, _| normal(&mut rng));
+            let curvature = &factor * factor.transpose() + DMatrix::identity(n, n) * 1e-3;
+            let gradient = DVector::from_fn(n, |_, _| normal(&mut rng));
+            let mut side = |j: usize| if j % 5 == 4 { 0.0 } else { normal(&mut rng).abs() };
+            let lower: Vec<f64> = (0..n).map(|j| -side(j)).collect();
+            let upper: Vec<f64> = (0..n).map(|j| side(j + 1)).collect();
+            let step = lowest(&gradient, &curvature, &lower, &upper);
+            let slopes = gradient + curvature * &step;
+            for (j, slope) in slopes.iter().enumerate() {
+                assert!(lower[j] <= step[j] && step[j] <= upper[j], "{n} {j}");
+                let (down, up) = (*slope > 1e-9 && step[j] > lower[j], *slope < -1e-9 && step[j] < upper[j]);
+                assert!(!down && !up, "{n} {j}: slope {slope} at {}", step[j]);
+            }
+        }
+    }
+
+    /// One of two equal coordinates stays where it is.
+    #[test]
+    fn a_singular_matrix_has_a_step() {
+        let (g, h) = (DVector::from_vec(vec![-1.0, -1.0]), DMatrix::from_element(2, 2, 1.0));
+        assert_eq!(lowest(&g, &h, &[-9.0; 2], &[9.0; 2]), DVector::from_vec(vec![1.0, 0.0]));
     }
 }

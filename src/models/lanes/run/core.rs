@@ -472,13 +472,12 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         };
         let mut begun: Vec<_> = runs.into_iter().map(begun).collect();
         let signals = what as usize;
-        let room = || Vec::with_capacity(signals * STRETCH * L);
         let mut stretch = Residuals {
             lanes: L,
             from: 0,
             samples: 0,
             signals,
-            blocks: std::iter::repeat_with(room).take(begun.len()).collect(),
+            blocks: begun.iter_mut().map(|(_, workspace)| std::mem::take(&mut workspace.leaving)).collect(),
         };
         while begun.iter().any(|(run, workspace)| !workspace.is_done(run)) {
             let until = begun.iter().map(|(run, _)| run.end.min(stretch.from + STRETCH)).max().unwrap_or(0);
@@ -499,7 +498,8 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             stretch.from = until;
         }
         let mut failed = Vec::new();
-        for (run, workspace) in begun {
+        for ((run, mut workspace), block) in begun.into_iter().zip(stretch.blocks) {
+            workspace.leaving = block;
             failed.extend((0..run.candidates.len()).map(|lane| workspace.raw(lane, run.settings).failure()));
             blocks.put(workspace);
         }

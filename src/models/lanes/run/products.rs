@@ -48,6 +48,7 @@ impl Bins<'_> {
 /// Places of the signals.
 const SPEED: usize = 1;
 const ACCELERATION: usize = 2;
+const SHORTFALL: usize = 3;
 
 /// Numbers of the widest vector.
 const STRIDE: usize = 8;
@@ -100,7 +101,6 @@ impl<'a> Products<'a> {
             } else {
                 self.differ(stretch, signal)
             };
-            // Most runs have no shortfall.
             if differs {
                 self.add_signal(signal, &ranges);
             }
@@ -111,20 +111,27 @@ impl<'a> Products<'a> {
     fn differ(&mut self, stretch: &Residuals, signal: usize) -> bool {
         let (lanes, width) = (stretch.lanes, self.width);
         let candidates = self.of.first..self.of.first + self.of.steps.len() + 1;
-        self.stretch.clear();
         self.stretch.resize(stretch.samples * width, 0.0);
         let mut at = candidates.start;
         while at < candidates.end {
             let (block, lane) = (&stretch.blocks[at / lanes], at % lanes);
             let count = (lanes - lane).min(candidates.end - at);
             let place = at - candidates.start;
-            let rows = block.chunks_exact(lanes).skip(signal).step_by(stretch.signals);
-            for (to, row) in self.stretch.chunks_exact_mut(width).zip(rows) {
-                to[place..place + count].copy_from_slice(&row[lane..lane + count]);
+            let starts = (signal * lanes + lane..block.len()).step_by(stretch.signals * lanes);
+            for (to, start) in self.stretch.chunks_exact_mut(width).zip(starts) {
+                match block.get(start..start + width) {
+                    // Whole vectors, because entries beyond the coordinates are undefined; a call to copy a few numbers takes longer.
+                    Some(from) if place == 0 => {
+                        let from = from.as_chunks::<STRIDE>().0;
+                        to.as_chunks_mut::<STRIDE>().0.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
+                    }
+                    _ => to[place..place + count].copy_from_slice(&block[start..start + count]),
+                }
             }
             at += count;
         }
-        if self.stretch.iter().all(|number| *number == 0.0) {
+        // Most runs have no shortfall.
+        if signal == SHORTFALL && self.stretch.iter().all(|number| *number == 0.0) {
             return false;
         }
         Arch::new().dispatch(Differ { differences: &mut self.stretch, steps: &self.steps });
@@ -235,7 +242,8 @@ impl WithSimd for Add<'_> {
                 }
                 for differences in self.differences.chunks_exact(width) {
                     let d_j = S::as_simd_f64s(differences).0[column];
-                    for (sums, d_i) in tile.iter_mut().zip(&differences[block * STRIDE..]) {
+                    let own: &[f64; STRIDE] = &differences.as_chunks().0[block];
+                    for (sums, d_i) in tile.iter_mut().zip(own) {
                         *sums = simd.add_f64s(*sums, simd.mul_f64s(simd.splat_f64s(*d_i), d_j));
                     }
                 }

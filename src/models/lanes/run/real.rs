@@ -26,6 +26,8 @@ pub trait Real:
     const INFINITY: Self;
     fn of(x: f64) -> Self;
     fn to_f64(self) -> f64;
+    /// Appends some numbers to others.
+    fn append(numbers: &[Self], to: &mut Vec<f64>);
     /// A literal of the text; in f64 the decimal as written, and not its f32 value.
     fn literal(x: f32) -> Self;
     fn abs(self) -> Self;
@@ -69,7 +71,7 @@ pub trait Real:
 
 // `$one_apart`: from here on neighbouring values differ by 1.
 macro_rules! real {
-    ($type:ident, $one_apart:literal, $literal:expr, $power:expr, $exponential:expr, $logarithm:expr) => {
+    ($type:ident, $one_apart:literal, $append:expr, $literal:expr, $power:expr, $exponential:expr, $logarithm:expr) => {
         impl Real for $type {
             const ZERO: $type = 0.0;
             const ONE: $type = 1.0;
@@ -80,6 +82,10 @@ macro_rules! real {
             #[inline(always)]
             fn to_f64(self) -> f64 {
                 f64::from(self)
+            }
+            #[inline(always)]
+            fn append(numbers: &[$type], to: &mut Vec<f64>) {
+                $append(numbers, to);
             }
             fn literal(x: f32) -> $type {
                 $literal(x)
@@ -124,10 +130,19 @@ macro_rules! real {
     };
 }
 
-real!(f32, 8_388_608.0, |x: f32| x, power_block, exponential, logarithm);
+real!(
+    f32,
+    8_388_608.0,
+    |numbers: &[f32], to: &mut Vec<f64>| to.extend(numbers.iter().map(|x| f64::from(*x))),
+    |x: f32| x,
+    power_block,
+    exponential,
+    logarithm
+);
 real!(
     f64,
     4_503_599_627_370_496.0,
+    |numbers: &[f64], to: &mut Vec<f64>| to.extend_from_slice(numbers),
     |x: f32| x.to_string().parse().expect("a printed number parses"),
     power_f64::power_block,
     exponential_f64,

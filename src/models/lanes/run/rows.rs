@@ -15,6 +15,16 @@ pub fn all_fine<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L]) -> bool {
     fine
 }
 
+/// True if all accelerations and spacings are finite.
+#[inline(always)]
+pub fn all_finite<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L]) -> bool {
+    let mut finite = true;
+    for i in 0..L {
+        finite &= Real::is_finite(a_free[i]) & Real::is_finite(s[i]);
+    }
+    finite
+}
+
 /// True if no value is 0.
 #[inline(always)]
 pub fn all_true<T: Real, const L: usize>(x: &[T; L]) -> bool {

@@ -201,7 +201,14 @@ impl<T: Real, const L: usize> Sums<T, L> {
 
     /// The errors of sample t that a goodness of fit squares, 0 in the lanes that have ended.
     #[inline(always)]
-    pub fn weigh(&mut self, settings: &Settings, stream: &Stream<T>, rows: [&[T; L]; 3], went: &[T; L], t: usize) {
+    pub fn weigh(
+        &mut self,
+        settings: &Settings,
+        stream: &Stream<T>,
+        rows: [&[T; L]; 3],
+        went: Went<'_, T, L>,
+        t: usize,
+    ) {
         for k in 0..3 {
             let measured = stream.measured[k][t];
             let [measured, factor] = match settings.adding {
@@ -209,10 +216,12 @@ impl<T: Real, const L: usize> Sums<T, L> {
                 Adding::One(Accumulation::Floored) if k == 1 => [stream.v_denominator[t], T::ONE],
                 _ => [measured, T::ONE],
             };
-            rows::errors_where(rows[k], measured, factor, went, &mut self.weighted[k].0);
-        }
-        if let Some(soft) = settings.soft {
-            rows::shortfalls(rows[0], T::of(soft.least), went, &mut self.weighted[3].0);
+            let to = &mut self.weighted[k].0;
+            if went.all {
+                rows::errors(rows[k], measured, factor, to);
+            } else {
+                rows::errors_where(rows[k], measured, factor, went.row, to);
+            }
         }
     }
 

@@ -112,6 +112,8 @@ pub struct Workspace<T, const L: usize> {
     pub cut_acc: [u32; L],
     pub cut_dec: [u32; L],
     progress: Progress,
+    /// Room for the residuals of a stretch of samples.
+    pub leaving: Vec<f64>,
 }
 
 impl<T: Real, const L: usize> Workspace<T, L> {
@@ -134,6 +136,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             cut_acc: [0; L],
             cut_dec: [0; L],
             progress: Progress { t: 0, here: 0, running: 0 },
+            leaving: Vec::new(),
         }
     }
 
@@ -251,8 +254,11 @@ pub fn run<T: Real, const L: usize>(
             let (a_free, s) = (w.registers.row(step.a_free), w.registers.row(home[0]));
             // Before any clamp: a minimum or maximum would hide a NaN.
             let feasible = step.feasible.map(|row| w.registers.row(row));
-            let all =
-                settings.soft.is_none() && whole && rows::all_fine(a_free, s) && feasible.is_none_or(rows::all_true);
+            let all = whole
+                && match settings.soft {
+                    Some(_) => rows::all_finite(a_free, s),
+                    None => rows::all_fine(a_free, s) && feasible.is_none_or(rows::all_true),
+                };
             let failing = !all
                 && match feasible {
                     _ if settings.soft.is_some() => rows::went_finite(a_free, s, &w.alive.0, &mut w.went.0),
@@ -268,14 +274,20 @@ pub fn run<T: Real, const L: usize>(
                 running -= close(w, program, 1 - here, t);
             }
             let rows = [w.registers.row(home[0]), w.registers.row(home[1]), w.registers.row(home[2])];
-            w.sums.add(settings, stream, rows, Went { all, row: &w.went.0 }, t);
-            if what.weighted.is_some() || settings.soft.is_some() {
-                w.sums.weigh(settings, stream, rows, &w.went.0, t);
-                if settings.soft.is_some() && stream.rejects && step.a != step.a_free {
+            let went = Went { all, row: &w.went.0 };
+            // Who receives the errors computes the sums.
+            match what.weighted {
+                Some(_) => w.sums.weigh(settings, stream, rows, went, t),
+                None => w.sums.add(settings, stream, rows, went, t),
+            }
+            if let Some(soft) = settings.soft {
+                let shortfall = &mut w.sums.weighted[3].0;
+                rows::shortfalls(rows[0], T::of(soft.least), &w.went.0, shortfall);
+                if stream.rejects && step.a != step.a_free {
                     let (a, a_free) = (w.registers.row(step.a), w.registers.row(step.a_free));
-                    rows::add_cuts(a, a_free, &w.went.0, &mut w.sums.weighted[3].0);
+                    rows::add_cuts(a, a_free, &w.went.0, shortfall);
                 }
-                rows::add_square(&w.sums.weighted[3].0, T::ZERO, T::ONE, &mut w.sums.shortfall2.0);
+                rows::add_square(shortfall, T::ZERO, T::ONE, &mut w.sums.shortfall2.0);
             }
             if let Some(missing) = model.missing {
                 w.sums.observe(stream, w.registers.rows_mut([home[0], home[1], home[missing]]), t);
@@ -316,12 +328,12 @@ pub fn run<T: Real, const L: usize>(
         }
         if let Some(residuals) = what.residuals.as_deref_mut() {
             for row in &w.sums.residual {
-                residuals.extend(row.0.iter().map(|r| r.to_f64()));
+                T::append(&row.0, residuals);
             }
         }
         if let Some(weighted) = what.weighted.as_deref_mut() {
             for row in &w.sums.weighted {
-                weighted.extend(row.0.iter().map(|r| r.to_f64()));
+                T::append(&row.0, weighted);
             }
         }
         t += 1;
