@@ -153,12 +153,13 @@ fn a_diagnosis_knows_no_cause_by_its_name() {
 }
 
 /// Layers of the diagnosis, the lowest first: each may use those before it.
-const OF_A_DIAGNOSIS: [&str; 13] = [
+const OF_A_DIAGNOSIS: [&str; 14] = [
     "revision",
     "policy",
     "data",
     "drive",
     "question",
+    "watching",
     "likelihood",
     "search",
     "judge",

@@ -1,6 +1,5 @@
 //! The whole inference: base, rounds, removal of superfluous causes, unexplained structure, other laws, verdict.
 
-use crate::diagnose::Watching;
 use crate::diagnose::answer::Answer;
 use crate::diagnose::describe::specification::leftovers;
 use crate::diagnose::likelihood::model::{LEAD, Model, is_lead};
@@ -12,6 +11,7 @@ use crate::diagnose::search::fitted_model::{Context, FittedModel};
 use crate::diagnose::search::search_budget::SearchBudget;
 use crate::diagnose::select::adopt::{ROUNDS, Rival, State};
 use crate::diagnose::select::other_laws::others;
+use crate::diagnose::watching::Watching;
 use crate::extension::Extension;
 use crate::wgsl::extension_named;
 use std::ops::ControlFlow;

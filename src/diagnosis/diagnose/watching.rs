@@ -1,7 +1,7 @@
 //! Progress of a diagnosis, and its end on request.
 
-use super::{DiagnoseError, Progress};
 use crate::calibrate::descent::Watch;
+use crate::diagnose::question::{DiagnoseError, Progress};
 use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};

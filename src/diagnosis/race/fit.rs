@@ -1,8 +1,7 @@
 //! Fits models at every horizon, to all parts of the drives and without each fold.
 
-use super::fleet::DriverFit;
 use super::loss::{Losses, Scale, Sizes};
-use super::mixture::Mixture;
+use super::mixture::{DriverFit, Mixture};
 use super::parts::{Parts, Unit};
 use super::policy::Policy;
 use super::surface::Surface;

@@ -6,26 +6,13 @@
 
 use super::fit::{Field, Judged};
 use super::loss::{Losses, SIGNALS};
-use super::mixture::{Mixture, Ratios, SIZES};
+use super::mixture::{DriverFit, Mixture, SIZES};
 use super::own::Own;
 use super::surface::Surface;
 use super::{Entry, Horizon};
 use crate::diagnose::likelihood::model::Model;
 use crate::diagnose::{DiagnoseError, Watching};
 use rayon::prelude::*;
-
-/// A driver who is left out.
-#[derive(Debug, Clone)]
-pub struct DriverFit {
-    /// The driver.
-    pub unit: usize,
-    /// The fold that leaves the driver out.
-    fold: usize,
-    /// The loss, with the penalty for the distance from the common parameters.
-    pub cost: f64,
-    /// Log-likelihoods with the added causes over that of the reference; `None` for a model without a reference.
-    pub ratios: Option<Ratios>,
-}
 
 /// A driver with an own base law.
 struct OwnFit {

@@ -8,6 +8,19 @@ const HALVINGS: usize = 20;
 /// For a driver: log-likelihoods with the causes at each size, over that without them.
 pub type Ratios = [f64; SIZES.len()];
 
+/// A driver who is left out.
+#[derive(Debug, Clone)]
+pub struct DriverFit {
+    /// The driver.
+    pub unit: usize,
+    /// The fold that leaves the driver out.
+    pub fold: usize,
+    /// The loss, with the penalty for the distance from the common parameters.
+    pub cost: f64,
+    /// Log-likelihoods with the added causes over that of the reference; `None` for a model without a reference.
+    pub ratios: Option<Ratios>,
+}
+
 /// Drivers without a cause, and drivers with one size of it.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Mixture {
