@@ -5,7 +5,7 @@
 
 REPOSITORY: a clone of github.com/18627242758/IQ-Learn-car-following; nothing of it is kept here (Waymo's terms allow evaluation only).
 Needs scipy. An event has columns of spacing, speed, relative speed and speed ahead, every 0.1 s. The simulation is free from the first sample
-to the last. The score is the pooled RMSPE: the root of the summed squared errors of the spacing over the summed squared spacings.
+to the last, so there is no history for a delay. The score is the pooled RMSPE: the root of the summed squared errors of the spacing over the summed squared spacings.
 """
 import math
 import pathlib
@@ -33,7 +33,7 @@ def main():
         states = scipy.io.loadmat(data / name / f"{part}_cf_{name[-1]}.mat")["states"][0]
         events[part], files[part] = [(event[:, 0], event[:, 1], event[:, 3]) for event in states], out / f"{name}_{part}.csv"
         table(events[part], files[part])
-    for model, fit in fits(leadlag, out, files["train"], files["test"], BASE, lambda scores: pooled(scores, events["train"])):
+    for model, fit in fits(leadlag, out, files["train"], files["test"], BASE, lambda scores: pooled(scores, events["train"]), ["--history", "0"]):
         rows = (f"{part} {pooled(fit[key], events[part]):.4f}, {fit[key]['failed']} fail" for part, key in (("train", "per_drive"), ("test", "held_back")))
         print(f"{name} {BASE} {model}: RMSPE(s) {'; '.join(rows)}")
 

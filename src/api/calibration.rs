@@ -366,7 +366,7 @@ impl Calibration {
         let window =
             [ends(<[f64]>::first).fold(f64::INFINITY, f64::min), ends(<[f64]>::last).fold(f64::NEG_INFINITY, f64::max)];
         bound_times(&model, window, &mut overrides);
-        self.bound_delays(vehicle, &mut overrides);
+        self.bound_delays(vehicle, &mut overrides)?;
         let space = SearchSpace::new(&model, vehicle, self.convention, &overrides)?;
         let mut cases = Vec::new();
         for l in loaded {
@@ -376,17 +376,24 @@ impl Calibration {
         Ok(Prepared { space, reference: Reference::new(cases, self.gof) })
     }
 
-    /// Limits delays to the history.
-    fn bound_delays(&self, vehicle: Option<&Vehicle>, overrides: &mut Overrides) {
-        let Some(history) = self.history_s else { return };
+    /// Limits the delays together to the history.
+    fn bound_delays(&self, vehicle: Option<&Vehicle>, overrides: &mut Overrides) -> Result<(), Usage> {
+        let Some(history) = self.history_s else { return Ok(()) };
         let own = self.model.delay.then_some(Symbol::tau_p);
-        for symbol in own.into_iter().chain(self.model.extensions.delay()) {
-            let name = symbol.name().to_owned();
-            let known = overrides.get(&name).copied().or_else(|| Case::bounds(symbol, vehicle, self.convention));
-            if let Some([lower, upper]) = known {
-                overrides.insert(name, [lower, upper.min(history)]);
+        let delays: Vec<Symbol> = own.into_iter().chain(self.model.extensions.delay()).collect();
+        let most = history / delays.len().max(1) as f64;
+        for symbol in delays {
+            let name = symbol.name();
+            let known = overrides.get(name).copied().or_else(|| Case::bounds(symbol, vehicle, self.convention));
+            let Some([lower, upper]) = known else { continue };
+            if lower > most {
+                return Err(Usage(format!(
+                    "--history {history}: {name} is at least {lower} s, and may be at most {most} s; give a longer history or other bounds"
+                )));
             }
+            overrides.insert(name.to_owned(), [lower, upper.min(most)]);
         }
+        Ok(())
     }
 
     /// Refuses invalid numbers of replicates and simulations.

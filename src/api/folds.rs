@@ -32,7 +32,7 @@ impl Calibration {
         let of: Vec<usize> = loaded.iter().enumerate().map(&mut driver).collect();
         if (drivers.len() as u64) < folds {
             let found = drivers.len();
-            return Err(Usage(format!("--folds {folds}: expected at least as many drivers, found {found}")).into());
+            return Err(Usage(format!("--folds {folds}: expected at least {folds} drivers, found {found}")).into());
         }
         Ok(Some(of.into_iter().map(|driver| driver % folds as usize).collect()))
     }

@@ -5,12 +5,13 @@ use crate::catalog::{Constraint, Variant};
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped, read_mapped_from};
 use crate::trajectory::{
-    ChosenBy, Finding, Grade, Layout, Note, Platoon, Preparation, Reconcile, Recording, Stretch, Trajectory, import,
-    prepare, prepare_platoon,
+    Car, ChosenBy, Finding, Grade, Layout, Note, Platoon, Preparation, Reconcile, Recording, Stretch, Trajectory,
+    import, prepare, prepare_platoon,
 };
 use crate::vehicle::{self, Vehicle};
 use anyhow::Context;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
+use std::collections::BTreeSet;
 use std::path::{Path, PathBuf};
 
 /// How measured files are read and prepared. By default the header decides on the layout, gaps of up to one second are interpolated, and
@@ -202,12 +203,8 @@ impl Reading {
         let is_wanted = |platoon: &&Platoon| ids.is_empty() || platoon.id.as_ref().is_some_and(|id| ids.contains(id));
         let mut asked = Vec::new();
         for platoon in recording.platoons.iter().filter(is_wanted) {
-            let followers = platoon.cars.windows(2).filter(|two| two[1].number == two[0].number + 1);
-            for car in followers.map(|two| &two[1]).filter(|car| number.is_none_or(|n| car.number == n + 1)) {
-                // The car ahead of the leader of a pair file is numbered 0.
-                let Some(follower) = car.number.checked_sub(1).filter(|follower| *follower > 0) else { continue };
-                asked.push((platoon, follower, &car.name));
-            }
+            let followers = followers(platoon).filter(|(follower, _)| number.is_none_or(|n| *follower == n));
+            asked.extend(followers.map(|(follower, car)| (platoon, follower, &car.name)));
         }
         let pair = |(platoon, follower, name): (&Platoon, usize, &String)| {
             let found = |name, drive| Found { id: platoon.id.clone(), follower, name, drive };
@@ -276,35 +273,46 @@ impl Reading {
         warn: &mut dyn FnMut(String),
     ) -> anyhow::Result<Vec<Loaded>> {
         let recording = self.open(input)?;
-        let has_several = match recording.is_of_numbered_cars() {
-            true => recording.platoons.iter().any(|platoon| platoon.cars.len() > 2),
-            false => has_several_followers(&recording),
-        };
-        if follower.is_some() || self.trajectory.is_some() || !has_several {
+        let numbers: BTreeSet<usize> =
+            recording.platoons.iter().flat_map(followers).map(|(follower, _)| follower).collect();
+        let is_numbered = recording.is_of_numbered_cars();
+        let has_several = if is_numbered { numbers.len() > 1 } else { has_several_followers(&recording) };
+        if follower.is_some() || self.trajectory.is_some() || self.segment.is_some() || !has_several {
             let (recording, follower) = self.read(input, follower)?;
             return self.pick_all(&recording, follower, variant, true, warn);
         }
-        let (found, left_out) = self.pairs(input, None, variant.needs_vehicle().then_some(variant))?;
-        left_out.into_iter().for_each(&mut *warn);
-        let (count, mut drives, mut unusable) = (found.len(), Vec::new(), Vec::new());
-        for Found { name, drive, .. } in found {
-            match drive {
-                Ok(loaded) => drives.push(loaded),
-                Err(error) => unusable.push((name, error)),
+        let (mut count, mut drives, mut unusable) = (0, Vec::new(), Vec::new());
+        if is_numbered {
+            for follower in numbers {
+                count += 1;
+                match self.pick_all(&recording, Some(follower), variant, true, warn) {
+                    Ok(loaded) => drives.extend(loaded),
+                    Err(error) if is_of_one(&error) => unusable.push((format!("follower {follower}"), error)),
+                    Err(error) => return Err(error),
+                }
+            }
+        } else {
+            let vehicle = (variant.needs_vehicle() || self.vehicle.is_some()).then_some(variant);
+            let (found, left_out) = self.pairs(input, None, vehicle)?;
+            left_out.into_iter().for_each(&mut *warn);
+            for Found { name, drive, .. } in found {
+                count += 1;
+                match drive {
+                    Ok(loaded) => drives.push(loaded),
+                    Err(error) => unusable.push((name, error)),
+                }
             }
         }
-        let path = input.shown();
-        match unusable.first() {
-            Some((name, error)) if !drives.is_empty() => warn(format!(
-                "{path}: {} of {count} pairs cannot be used; the first of them is {name}: {error:#}",
-                unusable.len()
-            )),
-            _ => {}
-        }
+        let left_out = unusable.len();
         match unusable.into_iter().next() {
-            Some((_, error)) if drives.is_empty() => Err(error),
-            _ => Ok(drives),
+            Some((_, error)) if drives.is_empty() => return Err(error),
+            Some((name, error)) => warn(format!(
+                "{}: {left_out} of {count} pairs cannot be used; the first of them is {name}: {error:#}",
+                input.shown()
+            )),
+            None => {}
         }
+        Ok(drives)
     }
 
     /// Every requested trajectory, in that order; with `all` every usable one of the file, if none is requested.
@@ -528,6 +536,12 @@ const IDS_NAMED: usize = 10;
 fn first_few(ids: &[&str]) -> String {
     let named = ids[..IDS_NAMED.min(ids.len())].join(",");
     if ids.len() > IDS_NAMED { named + ",..." } else { named }
+}
+
+/// Followers with the car ahead of each, by number. The car ahead of the leader of a pair file is numbered 0.
+fn followers(platoon: &Platoon) -> impl Iterator<Item = (usize, &Car)> {
+    let pairs = platoon.cars.windows(2).filter(|two| two[1].number == two[0].number + 1);
+    pairs.map(|two| (two[1].number.saturating_sub(1), &two[1])).filter(|(follower, _)| *follower > 0)
 }
 
 /// True if the user has to name the follower. Groups are drives: of several, the longest is taken.

@@ -145,13 +145,15 @@ pub(in crate::internal::report) fn scores_in_words(name: &str, scores: &Scores, 
         .iter()
         .take(WORST_SHOWN)
         .map(|(score, drive)| {
-            let id = drive.trajectory.as_ref().map_or(String::new(), |id| format!(" trajectory {id}"));
+            let same = scores.drives.iter().filter(|other| other.path == drive.path).count();
+            let follower = if same > 1 { format!(" follower {}", drive.follower) } else { String::new() };
+            let id = drive.trajectory.as_ref().map_or(follower, |id| format!(" trajectory {id}"));
             format!("{}{id} {score:.4}", drive.path)
         })
         .collect();
     let mean = scores.mean.map_or("none".to_owned(), |mean| format!("{mean:.4}"));
     let mse = scores.mse_s_m2.map_or("none".to_owned(), |mse| format!("{mse:.3} m²"));
-    let folds = scores.folds.map_or(String::new(), |folds| format!(", in {folds} folds of drivers"));
+    let folds = scores.folds.map_or(String::new(), |folds| format!(", in {folds} folds"));
     format!(
         "{name}{folds}: {count}, mean {gof} {mean}, mean squared error of the spacing {mse}, {} fail; the worst: {}",
         scores.failed,

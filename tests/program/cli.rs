@@ -151,7 +151,7 @@ fn joint_calibration_has_one_parameter_set() {
     assert!(ends["data"][0]["samples"].as_u64() < result["data"][0]["samples"].as_u64());
     // Two drivers in two folds: each is scored as the calibration on the other scores him.
     let folds = ok(&[&arguments[..], &["--folds", "2", "--max-evaluations", "500"]].concat());
-    assert!(folds.contains("held back, in 2 folds of drivers: 2, mean nrmse-sva"), "{folds}");
+    assert!(folds.contains("held back, in 2 folds: 2, mean nrmse-sva"), "{folds}");
     let left_out: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
     for (k, other) in [(0, 1), (1, 0)] {
         let fold = scratch("cli", "fold");
@@ -161,7 +161,7 @@ fn joint_calibration_has_one_parameter_set() {
         assert_eq!(left_out["held_back"]["drives"][k]["score"], single["held_back"]["drives"][0]["score"]);
     }
     let (code, error) = fails(&[&arguments[..], &["--folds", "3"]].concat());
-    assert!(code == 2 && error.contains("--folds 3: expected at least as many drivers, found 2"), "{error}");
+    assert!(code == 2 && error.contains("--folds 3: expected at least 3 drivers, found 2"), "{error}");
     let copy = scratch("cli", "joint_copy").join("copy.csv");
     fs::copy(&files[0], &copy).unwrap();
     let (code, error) = fails(&[&arguments[..], &["--holdout", text(&copy)]].concat());

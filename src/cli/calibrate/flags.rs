@@ -51,8 +51,9 @@ pub struct Args {
     /// long, so that all models are scored on the same samples
     #[arg(long, value_name = "S", conflicts_with = "all", value_parser = finite, allow_negative_numbers = true)]
     pub history: Option<f64>,
-    /// With --joint: leave each driver out of one of this many further calibrations, whose parameters are scored on that driver
-    #[arg(long, value_name = "N", requires = "joint", conflicts_with = "holdout", allow_negative_numbers = true)]
+    /// With --joint: leave each driver out of one of this many further calibrations, of one replicate, whose parameters are scored on that
+    /// driver
+    #[arg(long, value_name = "N", requires = "joint", conflicts_with_all = ["holdout", "all"], value_parser = whole(2, REPLICATES_MAX), allow_negative_numbers = true)]
     pub folds: Option<u64>,
     /// Measure to minimise: nrmse-sva, rmse-s, u-sv, ...; weights after a colon: nrmse-sva:1,1,0.5. With --all, several
     #[arg(long = "gof", default_value = "nrmse-sva")]

@@ -126,6 +126,7 @@ fn held_back(args: &Args, inputs: &[PathBuf], loaded: &mut [Loaded], model: &Var
             for one in loaded {
                 let [kept, end] = kept_and_held(&one.trajectory, share).map_err(Usage)?;
                 one.trajectory = kept;
+                one.twin = one.twin.take().and_then(|twin| kept_and_held(&twin, share).ok()).map(|[kept, _]| kept);
                 held.push(Loaded { trajectory: end, vehicle: one.vehicle.clone(), twin: None });
             }
         }
@@ -170,6 +171,7 @@ fn one(
     once(loaded.iter().chain(held).map(|one| &one.trajectory))?;
     calibration.fold_of(loaded)?;
     let prepared = calibration.prepare(loaded)?;
+    let held_cases = if held.is_empty() { None } else { Some(calibration.prepare(held)?.reference) };
     let mut evaluator = calibration.build(&prepared.reference)?;
     // Before the work, so that an unwritable folder does not cost a calibration.
     output::make_folder(folder)?;
@@ -183,16 +185,21 @@ fn one(
     bar.finish();
     let mut result = found?;
     result.drivers = apart;
-    if !held.is_empty() {
-        let Prepared { reference, .. } = calibration.prepare(held)?;
+    if let Some(reference) = held_cases {
         let trajectories: Vec<&Trajectory> = held.iter().map(|one| &one.trajectory).collect();
         let parameters = result.calibrated_variant()?.parameters;
         result.held_back = Some(scores_on(&reference, &parameters, &trajectories, &calibration.gof));
     }
     if calibration.folds.is_some() && !interrupt::asked() {
         let mut bar = progress::Bar::new(&calibration.search);
-        result.held_back = calibration.left_out(loaded, &mut |progress| bar.update(progress))?;
+        let scores = calibration.left_out(loaded, &mut |progress| bar.update(progress));
         bar.finish();
+        // The calibration is done, and must not be lost.
+        match scores {
+            Ok(Some(scores)) => result.held_back = Some(scores),
+            Ok(None) => warn("--folds: interrupted; the result has no scores of left-out drivers"),
+            Err(error) => warn(&format!("--folds: {error:#}; the result has no scores of left-out drivers")),
+        }
     }
     result.compared = if interrupt::asked() { None } else { calibration.compared(loaded, &mut |_| interrupt::go_on()) };
     let Prepared { reference, .. } = prepared;

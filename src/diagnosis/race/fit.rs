@@ -315,7 +315,8 @@ impl Field {
         self.parts.unit == Unit::Driver && !horizon.is_whole()
     }
 
-    /// Fits a model without each fold, from its fit to all parts, and judges it on that fold. `reference` is the model that it extends.
+    /// Fits a model without each fold, from its fit to all parts, and judges it on that fold. `reference` is the base: the
+    /// drivers of a fleet have all causes beyond it, or none.
     ///
     /// # Errors
     /// As [`Model::new`].

@@ -53,6 +53,9 @@ impl Mixture {
     /// Log-likelihood of a driver over that without the cause.
     #[must_use]
     pub fn log_likelihood(&self, driver: &Ratios) -> f64 {
+        if self.share == 0.0 {
+            return 0.0;
+        }
         let ratio = driver[self.size];
         // Whichever term is larger comes out of the logarithm, so that none overflows.
         let largest = ratio.max(0.0);
@@ -74,7 +77,9 @@ fn share_at(drivers: &[&Ratios], size: usize) -> f64 {
         let middle = 0.5 * (low + high);
         if slope(middle) > 0.0 { low = middle } else { high = middle }
     }
-    0.5 * (low + high)
+    let share = 0.5 * (low + high);
+    // Fewer than half a driver are none: gains near zero would have errors near zero, and any number of standard errors.
+    if share * drivers.len() as f64 > 0.5 { share } else { 0.0 }
 }
 
 #[cfg(test)]
@@ -95,5 +100,9 @@ mod tests {
         let none: Vec<Ratios> =
             all.iter().enumerate().filter(|(k, _)| k % 10 >= 3).map(|(_, driver)| *driver).collect();
         assert!(Mixture::of(&none.iter().collect::<Vec<_>>()).share < 0.06);
+        // Drivers whom no size follows better.
+        let worse = [[-1.0; SIZES.len()]; 20];
+        let mixture = Mixture::of(&worse.iter().collect::<Vec<_>>());
+        assert_eq!((mixture.share, mixture.log_likelihood(&worse[0])), (0.0, 0.0));
     }
 }

@@ -384,7 +384,7 @@ fn round(
     let mut entered = with_causes(field, own, &sets, known, watching)?;
     watching.show(done + 0.2, "judging causes on unseen drives")?;
     let worth = entered.par_iter_mut().filter(|entry| entry.is_worth(own, policy.worth_trying));
-    worth.try_for_each(|entry| field.judge(entry, Some(own), watching))?;
+    worth.try_for_each(|entry| field.judge(entry, Some(&answer.entries[0]), watching))?;
     answer.simulations += entered.iter().map(|entry| entry.simulations).sum::<u64>();
     let in_training = trained(own);
     let left: Vec<Rows> = entered
@@ -413,9 +413,15 @@ fn round(
     let gain = |k: usize| -found.rows[k].gains[HORIZONS - 1].share;
     let best = (0..entered.len()).filter(passes).min_by(|&a, &b| simplest(&entered, a, b, &gain));
     match (&mut answer.named, named) {
+        // The larger model has the parameters of all causes.
         (Some(so_far), Some(more)) => {
-            so_far.causes.extend(more.causes);
-            so_far.rivals.extend(more.rivals);
+            let is_new = |cause: &&'static Extension| !so_far.causes.contains(cause);
+            let new: Vec<&'static Extension> = more.causes.into_iter().filter(is_new).collect();
+            if !new.is_empty() {
+                so_far.rivals.extend(more.rivals.into_iter().filter(|(of, _)| new.contains(of)));
+                so_far.causes.extend(new);
+                so_far.entry = more.entry;
+            }
         }
         (so_far, named) => *so_far = so_far.take().or(named),
     }

@@ -214,7 +214,8 @@ impl Case {
     /// [`CaseError::TooShort`].
     pub fn with_history(self, history_s: Option<f64>) -> Result<Case, CaseError> {
         let Some(seconds) = history_s else { return Ok(self) };
-        let earliest = (seconds / self.dt).round() as usize + 1;
+        // As in `first_sample`.
+        let earliest = ((seconds / self.dt - 1e-9).ceil() as usize).saturating_add(1);
         Case { earliest, ..self }.for_variant(self.variant)
     }
 

@@ -153,7 +153,7 @@ fn share(share: &ShareEntry) -> String {
     let [percent, low, high] = [share.share, share.interval[0], share.interval[1]].map(|share| 100.0 * share);
     let sizes: Vec<String> = share.parameters.iter().map(parameter).collect();
     format!(
-        "{percent:.0} % of the drivers [{low:.0}, {high:.0}] have this effect, if it has one size: {}.",
+        "{percent:.0} % of the drivers [{low:.0}, {high:.0}] have this effect, if all have the same size: {}.",
         sizes.join(", ")
     )
 }

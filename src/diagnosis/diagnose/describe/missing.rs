@@ -14,7 +14,8 @@ const CLASS_MIN_S: f64 = 5.0;
 /// Places that two drives must share before their profiles are compared.
 const COMMON_PLACES: usize = 10;
 
-/// Correlations above this many standard deviations are not chance: fewer than one in a hundred of unrelated drives exceed it.
+/// Correlations above this many standard deviations are not chance: at most one in twenty pairs of unrelated profiles exceeds it, if errors
+/// last for long.
 const NOT_CHANCE: f64 = 2.5;
 
 /// d(t) of one drive.
