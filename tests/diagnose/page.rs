@@ -1,4 +1,4 @@
-//! The tables of docs/DIAGNOSIS.md are those of the code. A failure prints the missing table, ready to paste.
+//! The tables of docs/DIAGNOSIS.md and docs/benchmark/likelihood.md are those of the code. A failure prints the missing table, ready to paste.
 
 use leadlag::internal::diagnose::answer::VERDICTS;
 use leadlag::internal::diagnose::data::{FindingKind, LIMITS};
@@ -7,6 +7,7 @@ use leadlag::internal::diagnose::{Effort, POLICY};
 use strum::IntoEnumIterator;
 
 const PAGE: &str = include_str!("../../docs/DIAGNOSIS.md");
+const NUMBERS: &str = include_str!("../../docs/benchmark/likelihood.md");
 const SOUNDNESS: &str = include_str!("../../docs/SOUNDNESS.md");
 
 fn stands_there(head: &str, rows: impl Iterator<Item = String>) {
@@ -37,7 +38,7 @@ fn every_fault_of_the_data_and_its_limits() {
 
 #[test]
 fn every_number_that_decides() {
-    stands_there("| number | value | what it decides |", POLICY.numbers().into_iter().map(row));
+    stands_in(NUMBERS, "| number | value | what it decides |", POLICY.numbers().into_iter().map(row));
 }
 
 #[test]
