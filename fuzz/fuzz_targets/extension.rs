@@ -5,15 +5,16 @@ use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
 use leadlag::internal::evaluator::{Case, Job, Observer, Population};
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
-use leadlag::internal::synthetic;
 use leadlag::internal::score::GoodnessOfFit;
 use leadlag::internal::symbols::{Bounds, Symbol};
+use leadlag::internal::synthetic;
 use leadlag::internal::trajectory::{Preparation, Trajectory, import, prepare};
 use leadlag::internal::wgsl::read_extension;
 use std::sync::LazyLock;
 
 static DRIVE: LazyLock<Trajectory> = LazyLock::new(|| {
-    let platoon = synthetic::run(&synthetic::Scenario { duration_s: 20.0, ..Default::default() }).expect("it can be driven");
+    let platoon =
+        synthetic::run(&synthetic::Scenario { duration_s: 20.0, ..Default::default() }).expect("it can be driven");
     let mut file = Vec::new();
     synthetic::write_pair(&platoon, 1, &mut file).expect("memory");
     let recording = import::read_bytes(&file, "pair.csv", None).expect("just written");

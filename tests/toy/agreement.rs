@@ -10,9 +10,9 @@ use leadlag::internal::convention::Convention;
 use leadlag::internal::evaluator::{Evaluator, Score};
 use leadlag::internal::gpu::{AdapterChoice, Gpu};
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
-use leadlag::internal::synthetic::{self, Effect, Noise, Scenario};
 use leadlag::internal::reference::Reference;
 use leadlag::internal::score::GoodnessOfFit;
+use leadlag::internal::synthetic::{self, Effect, Noise, Scenario};
 use leadlag::internal::wgsl::{Precision, extension_named};
 
 /// Relative difference of scores over 1,000 samples. Not smaller: a run amplifies the last bit of the same operations in f64 in another
