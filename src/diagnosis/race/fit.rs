@@ -128,7 +128,9 @@ impl Entry {
             let axis = &self.model.axes[k];
             (axis.coordinate(fit.whole[k]) - axis.coordinate(self.neutral(k))).abs()
         };
-        self.model.positions(cause).into_iter().any(|k| distance(k) >= none)
+        // Where few drivers have the cause, the common size is small.
+        let size = fit.judged.as_ref().and_then(|judged| judged.mixture).map_or(1.0, |mixture| mixture.size());
+        self.model.positions(cause).into_iter().any(|k| size * distance(k) >= none)
     }
 
     /// True if it gains at least this share on its training data, at one horizon or more.
