@@ -180,7 +180,7 @@ impl Reading {
         Ok(Some(1))
     }
 
-    /// Every pair of a file, or every requested one, and what the file has besides; `vehicle`: whether the follower's car must be known. If
+    /// Every pair of a file, or every requested one, and notes on the rest of the file; `vehicle`: whether the follower's car must be known. If
     /// long gaps cut a pair into segments, the longest one; one of another driver is a pair that cannot be used.
     pub(crate) fn pairs(
         &self,

@@ -174,7 +174,7 @@ impl DiagnosisOutcome {
 #[serde(rename_all = "snake_case")]
 pub enum Judgement {
     /// The truth, first and alone or first of a set; no name for a drive without an effect or with an absorbed one; `unexplained` for an
-    /// effect outside the library or another law (or `bad_base`, for a law that the car cannot have).
+    /// effect outside the library or another law (or `bad_base`, if the car cannot have the law).
     Right,
     /// The truth of one effect is in the named set.
     InSet,

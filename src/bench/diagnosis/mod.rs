@@ -22,7 +22,7 @@ use std::ops::ControlFlow;
 /// case, and can stop the run.
 ///
 /// # Errors
-/// [`BenchError::Write`] when the journal cannot be written. A case that cannot be made or diagnosed is an outcome.
+/// [`BenchError::Write`] when the journal cannot be written. A case whose generation or diagnosis fails is an outcome.
 pub fn run_diagnoses(
     tasks: &[DiagnosisTask],
     journal: &mut Journal<DiagnosisOutcome>,

@@ -240,7 +240,7 @@ fn powers(outcomes: &[DiagnosisOutcome]) -> [Vec<Power>; 2] {
     [rows, causes.into_iter().map(|cause| row(cause, &|o| o.task.causes.contains(cause))).collect()]
 }
 
-/// True for a drive with a name although no effect was planted.
+/// True if a drive has a name although no effect was planted.
 fn has_no_effect(outcome: &DiagnosisOutcome) -> bool {
     ["none", "coloured"].contains(&outcome.task.kind.as_str())
 }
