@@ -235,15 +235,6 @@ impl Asked<'_> {
         let Asked { base, effort, seed, causes, bounds } = *self;
         let policy = Policy::DEFAULT;
         let question = Question { train: &loaded.train, holdout: &loaded.holdout, base, effort, seed, causes, bounds };
-        let request = Request {
-            drives: &loaded.whole,
-            unit: Unit::Recording,
-            base,
-            causes,
-            bounds,
-            seed,
-            rounds: rounds(effort),
-        };
         let all: Vec<&Diagnosed> = if loaded.trained.is_empty() {
             loaded.whole.iter().chain(&loaded.holdout).collect()
         } else {
@@ -252,6 +243,17 @@ impl Asked<'_> {
         let different = different_drivers(&all, base, bounds, seed)?;
         let part = |p: Progress, [from, to]: [f64; 2]| Progress { done: from + (to - from) * p.done, ..p };
         let inference = infer(&question, &mut |p| progress(part(p, [0.0, INFERRED])))?;
+        let named: Vec<&'static Extension> = inference.named().iter().map(|adopted| adopted.extension).collect();
+        let request = Request {
+            drives: &loaded.whole,
+            unit: Unit::Recording,
+            base,
+            causes,
+            named: &named,
+            bounds,
+            seed,
+            rounds: rounds(effort),
+        };
         let answer = race(&request, &policy, &mut |p| progress(part(p, [INFERRED, RACED])))?;
         let mut found = describe(&question, inference, &answer, loaded.lap, &mut |p| progress(part(p, [RACED, 1.0])))?;
         found.outcome.data = std::mem::take(&mut loaded.data);
@@ -293,8 +295,16 @@ impl Asked<'_> {
         if drives.is_empty() {
             return Err(pairs.none_usable(unusable.into_iter().next().map(|[place, why]| (place, why))));
         }
-        let request =
-            Request { drives: &drives, unit: Unit::Driver, base, causes, bounds, seed, rounds: rounds(effort) };
+        let request = Request {
+            drives: &drives,
+            unit: Unit::Driver,
+            base,
+            causes,
+            named: &[],
+            bounds,
+            seed,
+            rounds: rounds(effort),
+        };
         let mut outcome = of_fleet(&request, effort, progress)?;
         outcome.data = files.into_values().collect();
         outcome.data_findings = findings(pairs);

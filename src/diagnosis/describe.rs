@@ -9,7 +9,7 @@ use crate::diagnose::describe::gain::{Gain, GainSettings, gain, nrmse_of};
 use crate::diagnose::describe::missing::{Missing, Profiles, profiles};
 use crate::diagnose::drive::Drive;
 use crate::diagnose::likelihood::observer::{Noise, design};
-use crate::diagnose::{Adopted, Fitted, Inference, POLICY, Progress, Question, Verdict};
+use crate::diagnose::{Adopted, Fitted, Inference, POLICY, Progress, Question};
 use crate::extension::Extension;
 use crate::race::{Answer, Delivered, combine};
 use crate::result::diagnosis::{
@@ -65,9 +65,7 @@ pub fn describe(
     lap: Option<f64>,
     progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Diagnosis, GainError> {
-    // An adopted cause without a name is a proxy.
-    let named = matches!(inference.verdict, Verdict::Named | Verdict::Ambiguous);
-    let adopted = if named { &inference.adopted[..] } else { &[] };
+    let adopted = inference.named();
     let recommended = answer.recommended_model();
     let (measured, gain_error) = if adopted.is_empty() || question.holdout.is_empty() || recommended.is_some() {
         (None, None)
@@ -138,7 +136,7 @@ pub fn describe(
         verdict: inference.verdict,
         reason: inference.reason.clone(),
         causes: entries(adopted),
-        confounded_with: if named { entries(&inference.confounded_with) } else { Vec::new() },
+        confounded_with: if adopted.is_empty() { Vec::new() } else { entries(&inference.confounded_with) },
         not_testable: inference.not_testable.clone(),
         gain: measured,
         gain_error,

@@ -335,7 +335,16 @@ fn closed_loop(task: &DiagnosisTask) -> (Answer, Vec<Vec<String>>) {
 fn judged_in_closed_loop(drives: &[Drive], base: &str) -> (Answer, Vec<Vec<String>>) {
     let causes: Vec<_> = library().iter().copied().filter(|extension| extension.cause.is_some()).collect();
     let (base, bounds) = (base.parse().expect("a base"), Overrides::new());
-    let request = Request { drives, unit: Unit::Recording, base, causes: &causes, bounds: &bounds, seed: 1, rounds: 1 };
+    let request = Request {
+        drives,
+        unit: Unit::Recording,
+        base,
+        causes: &causes,
+        named: &[],
+        bounds: &bounds,
+        seed: 1,
+        rounds: 1,
+    };
     let answer = race(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())).expect("can be run");
     let passing = answer.tried.trials.iter().filter(|trial| trial.passes).map(|trial| trial.causes.clone()).collect();
     (answer, passing)

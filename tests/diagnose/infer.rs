@@ -89,8 +89,16 @@ fn two_that_hide_each_other() {
     let causes = causes(&["actuation_lag", "perception_delay", "leader_accel_ff", "dead_zone"]);
     let bounds = Overrides::new();
     let base = "l-cth".parse().expect("a base");
-    let request =
-        Request { drives: &drives, unit: Unit::Recording, base, causes: &causes, bounds: &bounds, seed: 5, rounds: 1 };
+    let request = Request {
+        drives: &drives,
+        unit: Unit::Recording,
+        base,
+        causes: &causes,
+        named: &[],
+        bounds: &bounds,
+        seed: 5,
+        rounds: 1,
+    };
     let found = race(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())).expect("a race");
     let named = found.named.expect("a name");
     let names: Vec<&str> = named.causes.iter().map(|cause| cause.name.as_str()).collect();

@@ -26,7 +26,16 @@ fn found(drives: &[Drive], base: &str) -> Vec<NotFollowed> {
     let causes: Vec<_> = library().iter().copied().filter(|extension| extension.cause.is_some()).collect();
     let base = base.parse().expect("a base");
     let bounds = Overrides::new();
-    let request = Request { drives, unit: Unit::Recording, base, causes: &causes, bounds: &bounds, seed: 1, rounds: 1 };
+    let request = Request {
+        drives,
+        unit: Unit::Recording,
+        base,
+        causes: &causes,
+        named: &[],
+        bounds: &bounds,
+        seed: 1,
+        rounds: 1,
+    };
     not_followed(&request, &Policy::DEFAULT).expect("it runs")
 }
 

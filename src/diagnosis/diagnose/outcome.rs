@@ -170,3 +170,11 @@ pub struct Inference {
     /// False if the simulation limit of the effort ended the search, so that more causes may be missing.
     pub complete: bool,
 }
+
+impl Inference {
+    /// The named causes; an adopted cause without a name is a proxy.
+    #[must_use]
+    pub fn named(&self) -> &[Adopted] {
+        if matches!(self.verdict, Verdict::Named | Verdict::Ambiguous) { &self.adopted } else { &[] }
+    }
+}

@@ -122,7 +122,7 @@ fn of_car(entry: &Entry) -> Vec<usize> {
     (0..entry.model.symbols.len()).filter(|&k| !is_lead(entry.model.symbols[k])).collect()
 }
 
-/// Adds the answer of the race to a diagnosis. Names from the likelihood take precedence over those of the race. If the base cannot be
+/// Adds the answer of the race to a diagnosis: causes that it names stand after those that the likelihood names. If the base cannot be
 /// trusted, the reason becomes a note.
 pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     outcome.base_notes = notes(answer);
@@ -132,20 +132,9 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
         outcome.reason = "the base model is unsuitable for finding causes; see the notes on it".to_owned();
     }
     let is_named = |outcome: &Outcome| matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous);
-    if let Some(named) = answer.named.as_ref().filter(|_| !is_named(outcome)) {
-        let entry = &answer.entries[named.entry];
-        outcome.causes = named.causes.iter().map(|cause| cause_entry(entry, named, cause, None)).collect();
-        let rivals = named.rivals.iter().filter_map(|(of, rival)| {
-            let holds = |entry: &&Entry| entry.causes.contains(rival);
-            Some(cause_entry(answer.entries.iter().find(holds)?, named, rival, Some(of)))
-        });
-        outcome.confounded_with = rivals.collect();
-        outcome.verdict = if named.rivals.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
-        outcome.reason = format!(
-            "{:.1} standard errors better than the base on left-out data, probability by chance {}",
-            named.evidence[0],
-            at_most(named.evidence[1])
-        );
+    let families: Vec<&str> = outcome.causes.iter().map(|cause| cause.family.as_str()).collect();
+    if let Some(named) = answer.named.as_ref().and_then(|named| named.without(&families)) {
+        add_names(outcome, answer, &named);
     }
     // A cause that the race judges is not absorbed by a calibration.
     let is_judged = |name: &String| answer.tried.trials.iter().any(|trial| trial.causes.contains(name));
@@ -158,6 +147,24 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     outcome.base_laws.clone_from(&answer.laws);
     outcome.closed_loop = answer.tried.clone();
     outcome.simulations += answer.simulations;
+}
+
+/// Adds causes that the race names.
+fn add_names(outcome: &mut Outcome, answer: &Answer, named: &Named) {
+    let entry = &answer.entries[named.entry];
+    let reason = format!(
+        "{:.1} standard errors better than the base on left-out data, probability by chance {}",
+        named.evidence[0],
+        at_most(named.evidence[1])
+    );
+    outcome.reason = if outcome.causes.is_empty() { reason } else { format!("{}; {reason}", outcome.reason) };
+    outcome.causes.extend(named.causes.iter().map(|cause| cause_entry(entry, named, cause, None)));
+    let rivals = named.rivals.iter().filter_map(|(of, rival)| {
+        let holds = |entry: &&Entry| entry.causes.contains(rival);
+        Some(cause_entry(answer.entries.iter().find(holds)?, named, rival, Some(of)))
+    });
+    outcome.confounded_with.extend(rivals);
+    outcome.verdict = if outcome.confounded_with.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
 }
 
 fn at_most(p: f64) -> String {
@@ -186,7 +193,7 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
     let (before, after) = (base_held.roots(&base.scales), own.roots(&entry.scales));
     let differences: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
     let interval = answer.resamples.interval(&differences, Policy::DEFAULT.interval);
-    let [base_collisions, own_collisions] = [base_held, own].map(collisions);
+    let [base_collisions, own_collisions] = [base_held, own].map(Losses::collisions);
     let confirmed = entry.causes.iter().all(|cause| named.iter().any(|name| name == cause.family()));
     let cause = |cause: &&'static Extension| RecommendedCause {
         name: cause.name.clone(),
@@ -218,11 +225,6 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
         confidence_set: answer.set.clone(),
         collisions: Collisions { base: base_collisions, extended: own_collisions },
     })
-}
-
-/// Drives, or parts of them, in which a model comes closer than 0.1 m to the car ahead.
-fn collisions(losses: &Losses) -> usize {
-    losses.parts.iter().flatten().filter(|part| part.shortfall > 0.0).count()
 }
 
 fn held(entry: &Entry) -> Option<&Losses> {
@@ -311,8 +313,8 @@ fn notes(answer: &Answer) -> Vec<String> {
     let Some(fit) = answer.entries.first().and_then(Entry::whole_drives) else {
         return notes;
     };
-    if let Some(held) = fit.judged.as_ref().map(|judged| &judged.held).filter(|held| collisions(held) > 0) {
-        let (failures, all) = (collisions(held), held.parts.len());
+    if let Some(held) = fit.judged.as_ref().map(|judged| &judged.held).filter(|held| held.collisions() > 0) {
+        let (failures, all) = (held.collisions(), held.parts.len());
         notes.push(format!("it collides with the car ahead on {failures} of {all} unseen drives"));
     }
     if let Some(best) = answer.laws.first().filter(|law| law.gain >= LEAST_GAIN) {

@@ -37,6 +37,8 @@ pub struct Evidence {
 /// The models that cannot be distinguished from the best.
 #[derive(Debug)]
 pub struct ConfidenceSet {
+    /// Positions of the horizons at which they were compared.
+    pub horizons: &'static [usize],
     /// For every model that was judged, whether it is one of them.
     pub models: Vec<bool>,
     /// The same for the reference.
@@ -120,17 +122,18 @@ pub fn table(
         errors.get(errors.len() / 2).copied().filter(|error| *error > 0.0).unwrap_or(1.0)
     };
     let scales: [f64; HORIZONS] = std::array::from_fn(scale);
-    let set = |horizons: &[usize]| {
+    let set = |horizons: &'static [usize]| {
         let loss = |rows: &Rows| -> Vec<f64> {
             (0..rows[0].len()).map(|bin| horizons.iter().map(|&k| rows[k][bin] / scales[k]).sum()).collect()
         };
         let losses: Vec<Vec<f64>> = models.iter().chain([reference]).chain(laws).map(loss).collect();
         let set: Vec<bool> = confidence_set(&losses, resamples).iter().map(|p| *p > 1.0 - policy.set).collect();
         let (own, others) = set.split_at(models.len());
-        ConfidenceSet { models: own.to_vec(), reference: others[0], laws: others[1..].to_vec() }
+        ConfidenceSet { horizons, models: own.to_vec(), reference: others[0], laws: others[1..].to_vec() }
     };
     // Whole drives distinguish models least.
-    let sets: Vec<ConfidenceSet> = [&[0, 1][..], &[0], &[1]].into_iter().map(set).collect();
+    const SETS: [&[usize]; 3] = [&[0, 1], &[0], &[1]];
+    let sets: Vec<ConfidenceSet> = SETS.into_iter().map(set).collect();
     let one = |k: usize| {
         let gain = |h: usize| {
             let (row, horizon) = (&gains[k][h], Horizon::ALL[h]);
@@ -147,6 +150,13 @@ pub fn table(
     let needed = critical(&all, &others, resamples, policy.chance_of_a_name) + IN_FOUR_OF_FIVE;
     let gain = as_share(Horizon::ALL[OF_A_NAME], needed * scales[OF_A_NAME], mean(&reference[OF_A_NAME]));
     Table { rows: (0..models.len()).map(one).collect(), sets, found: [needed, gain] }
+}
+
+/// Which of these models cannot be distinguished from the best of them over whole drives.
+#[must_use]
+pub fn best_over_whole_drives(models: &[&Rows], resamples: &Resamples, policy: &Policy) -> Vec<bool> {
+    let losses: Vec<Vec<f64>> = models.iter().map(|rows| rows[HORIZONS - 1].clone()).collect();
+    confidence_set(&losses, resamples).iter().map(|p| *p > 1.0 - policy.set).collect()
 }
 
 /// The gains over the reference in training of a model that is not judged.

@@ -7,7 +7,7 @@ use super::policy::Policy;
 use super::surface::Surface;
 use super::{HORIZONS, Horizon, OF_A_NAME};
 use crate::calibrate::Overrides;
-use crate::calibrate::descent::{Course, Surface as _, Walker, descend};
+use crate::calibrate::descent::{self, Course, Surface as _, Walker};
 use crate::catalog::Variant;
 use crate::diagnose::likelihood::model::{LEAD, Model, Space};
 use crate::diagnose::search::strategy::sizes;
@@ -29,10 +29,10 @@ struct Plan {
     fine: usize,
 }
 
-/// Search of a law, of a law with causes, and of a fold, which starts at the fit to all parts.
+/// Search of a law; of a law with causes, or after some stretches were left out; and of a fold, which starts at the fit to all parts.
 const OF_LAW: Plan = Plan { rough: 4, keep: 4, fine: 16 };
 /// See [`OF_LAW`].
-const OF_CAUSE: Plan = Plan { rough: 2, keep: 2, fine: 8 };
+const OF_CAUSE: Plan = Plan { rough: 2, keep: 1, fine: 8 };
 /// See [`OF_LAW`].
 const OF_FOLD: Plan = Plan { rough: 0, keep: 1, fine: 4 };
 /// Random candidates of a law, half of them again with textbook values; and the number of candidates that are searched from.
@@ -42,7 +42,9 @@ const SEARCHED: usize = 8;
 /// Number of points that start the next horizon, and number of sizes of a cause to try beside them.
 const LEADING: usize = 2;
 /// See [`LEADING`].
-const SIZED: usize = 2;
+const SIZED: usize = 3;
+/// Time constant of the correction in the first iterations over whole drives \[s\]: some times that of the horizon before.
+const ROUGH_S: f64 = 60.0;
 /// Gain of an iteration, as a share of the cost, below which a descent has converged.
 pub(super) const TOLERANCE: f64 = 1e-4;
 /// Smallest desired speed of a law \[m/s\]; some laws divide by it.
@@ -193,7 +195,8 @@ impl Field {
     /// The loss of a model over the parts that count.
     #[must_use]
     pub fn surface<'a>(&'a self, model: &'a Model, counts: &'a [bool], horizon: Horizon) -> Surface<'a> {
-        Surface { model, sizes: &self.sizes, scales: &self.scales, counts, horizon }
+        let correction_s = horizon.seconds();
+        Surface { model, sizes: &self.sizes, scales: &self.scales, counts, horizon, correction_s }
     }
 
     /// A mask in which all parts count.
@@ -209,16 +212,19 @@ impl Field {
         watching: &Watching<'_>,
     ) -> Result<Vec<Walker>, DiagnoseError> {
         let fixed = surface.fixed();
-        let descend = |places, turns| {
+        let descend = |surface: &Surface<'_>, places, turns| {
             let course = Course { pull: FREE, turns, tolerance: TOLERANCE };
-            let walkers = descend(surface, places, &fixed, course, &mut &*watching)?;
+            let walkers = descent::descend(surface, places, &fixed, course, &mut &*watching)?;
             watching.go_on().map(|()| best(walkers))
         };
         let mut places = starts;
         if plan.rough > 0 {
-            places = descend(places, plan.rough)?.into_iter().take(plan.keep).map(|walker| walker.place).collect();
+            // Errors add up over whole drives; with a weak correction, more starts lead to the same minimum.
+            let corrected = Surface { correction_s: Some(surface.correction_s.unwrap_or(ROUGH_S)), ..*surface };
+            let found = descend(&corrected, places, plan.rough)?;
+            places = found.into_iter().take(plan.keep).map(|walker| walker.place).collect();
         }
-        descend(places, plan.fine)
+        descend(surface, places, plan.fine)
     }
 
     fn fit(&self, surface: &Surface<'_>, walker: &Walker) -> Result<Fit, DiagnoseError> {
@@ -294,18 +300,31 @@ impl Field {
                     }
                 }
             }
-            // Small sizes look best before the rest has moved, so without a fitted start all sizes are tried.
-            if leading.is_empty() {
-                starts.append(&mut sized);
-            } else {
-                starts.extend(lowest(&surface, sized, SIZED)?);
-            }
+            starts.extend(lowest(&surface, sized, SIZED)?);
             let walkers = Self::search(&surface, starts, OF_CAUSE, watching)?;
             leading.extend(walkers.iter().take(LEADING).map(|walker| walker.place.clone()));
             fits.push(walkers.first().map(|walker| self.fit(&surface, walker)).transpose()?);
         }
         let causes = [&base.causes[..], added].concat();
         Ok(Some(self.entry(causes, model, fits)))
+    }
+
+    /// Fits a model that was fitted to other drives, from its fits at all horizons.
+    ///
+    /// # Errors
+    /// As [`Model::new`]; [`DiagnoseError::Stopped`].
+    pub fn again(&self, entry: &Entry, watching: &Watching<'_>) -> Result<Entry, DiagnoseError> {
+        let model = self.model(entry.model.variant)?;
+        let starts: Vec<Vec<f64>> =
+            entry.fits.iter().flatten().map(|fit| model.adopt(&entry.model, &fit.whole)).collect();
+        let fit = |horizon| {
+            let surface = self.surface(&model, &self.all, horizon);
+            let places = starts.iter().map(|values| surface.place(values)).collect();
+            let walkers = Self::search(&surface, places, OF_CAUSE, watching)?;
+            walkers.first().map(|walker| self.fit(&surface, walker)).transpose()
+        };
+        let fits = Horizon::ALL.into_iter().map(fit).collect::<Result<_, _>>()?;
+        Ok(self.entry(entry.causes.clone(), model, fits))
     }
 
     fn entry(&self, causes: Vec<&'static Extension>, model: Model, fits: Vec<Option<Fit>>) -> Entry {

@@ -123,6 +123,12 @@ impl Losses {
         }
     }
 
+    /// Number of parts in which the model comes closer than 0.1 m to the car ahead.
+    #[must_use]
+    pub fn collisions(&self) -> usize {
+        self.parts.iter().flatten().filter(|part| part.shortfall > 0.0).count()
+    }
+
     /// The logarithmic loss of every bin, part after part.
     #[must_use]
     pub fn logs(&self) -> Vec<f64> {

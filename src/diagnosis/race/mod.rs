@@ -30,7 +30,7 @@ use crate::diagnose::{DiagnoseError, Drive, Progress, Watching};
 use crate::extension::{Extension, Extensions};
 use crate::judge::{Check, Resamples, mean};
 use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, LawEntry, Power, Trial};
-use evidence::{Rows, Table, held, passed_over, table, trained};
+use evidence::{Rows, Table, best_over_whole_drives, held, passed_over, table, trained};
 use not_followed::stretches;
 use rayon::prelude::*;
 use rule::checks;
@@ -87,6 +87,8 @@ pub struct Request<'a> {
     pub base: Variant,
     /// Extensions in the race.
     pub causes: &'a [&'static Extension],
+    /// Causes with a name from the likelihood: a recommended model may have members of their families.
+    pub named: &'a [&'static Extension],
     /// Bounds of parameters by name; they replace those of a diagnosis.
     pub bounds: &'a Overrides,
     /// Seed of all random numbers.
@@ -131,6 +133,17 @@ pub struct Answer {
     pub simulations: u64,
     field: Field,
     resamples: Resamples,
+}
+
+impl Named {
+    /// Without the causes of these families; `None` if no cause remains.
+    #[must_use]
+    pub fn without(&self, families: &[&str]) -> Option<Named> {
+        let is_new = |cause: &&'static Extension| !families.contains(&cause.family());
+        let causes: Vec<&'static Extension> = self.causes.iter().copied().filter(is_new).collect();
+        let rivals = self.rivals.iter().copied().filter(|(of, _)| is_new(of)).collect();
+        (!causes.is_empty()).then(|| Named { causes, rivals, ..self.clone() })
+    }
 }
 
 impl Answer {
@@ -203,6 +216,19 @@ impl First {
         laws.chain(&self.late).chain([&self.base]).map(|entry| entry.simulations).sum()
     }
 
+    /// Fits the same models to other drives, from their present fits.
+    ///
+    /// # Errors
+    /// As [`Field::model`].
+    fn again(self, request: &Request<'_>, drives: &[Drive], watching: &Watching<'_>) -> Result<First, DiagnoseError> {
+        let field = Field::new(Parts::of(drives, request.unit), request.bounds, request.seed);
+        let fit = |entry: &Entry| field.again(entry, watching);
+        let law = |(name, entry): (String, Entry)| Some((name, fit(&entry).ok()?));
+        let laws = self.laws.into_par_iter().filter_map(law).collect();
+        let late = self.late.par_iter().map(fit).collect::<Result<_, _>>()?;
+        Ok(First { base: fit(&self.base)?, laws, late, field })
+    }
+
     /// Stretches of the drives that none of these models follows.
     fn not_followed(&self, drives: &[Drive], policy: &Policy) -> Vec<NotFollowed> {
         let laws = self.laws.iter().map(|(_, entry)| entry);
@@ -236,7 +262,7 @@ pub fn race(
     if not_followed.iter().any(|stretch| stretch.is_left_out) {
         watching.show(0.15, "the same without stretches that no model follows")?;
         simulations = first.simulations();
-        first = First::fit(request, &without(request.drives, &not_followed, policy), &watching)?;
+        first = first.again(request, &without(request.drives, &not_followed, policy), &watching)?;
     }
     let First { field, mut base, laws, late } = first;
     let bins: Vec<usize> = field.sizes.iter().map(loss::Sizes::count).collect();
@@ -398,9 +424,12 @@ fn round(
     let found = table(&reference, &models, &left, &rivals, &answer.resamples, policy);
     let first = answer.entries.len();
     let named = named(&entered, &found, policy, first);
-    let causes = named.as_ref().map_or(&[][..], |named| &named.causes);
-    let asked: Vec<Vec<Check>> =
-        entered.iter().zip(&found.rows).map(|(entry, evidence)| checks(policy, own, entry, evidence, causes)).collect();
+    let causes = [request.named, named.as_ref().map_or(&[], |named| &named.causes)].concat();
+    let asked: Vec<Vec<Check>> = entered
+        .iter()
+        .zip(&found.rows)
+        .map(|(entry, evidence)| checks(policy, own, entry, evidence, &causes))
+        .collect();
     for ((entry, evidence), checks) in entered.iter().zip(&found.rows).zip(&asked) {
         answer.tried.trials.push(trial(entry, evidence, checks));
     }
@@ -408,10 +437,13 @@ fn round(
         answer.set = set(&entered, &found, laws);
         answer.power = power(&entered, &found, answer.tried.bins, policy).filter(|_| named.is_none());
     }
-    let passes = |k: &usize| asked[*k].iter().all(|check| check.met);
     // The next round tests whether a further cause is worth its parameters. Among equally simple models, take the largest gain for a user.
+    let passing: Vec<usize> = (0..entered.len()).filter(|&k| asked[k].iter().all(|check| check.met)).collect();
+    let rows: Vec<&Rows> = passing.iter().map(|&k| &models[k]).collect();
+    let is_best = best_over_whole_drives(&rows, &answer.resamples, policy);
     let gain = |k: usize| -found.rows[k].gains[HORIZONS - 1].share;
-    let best = (0..entered.len()).filter(passes).min_by(|&a, &b| simplest(&entered, a, b, &gain));
+    let best = passing.into_iter().zip(is_best).filter(|(_, is_best)| *is_best).map(|(k, _)| k);
+    let best = best.min_by(|&a, &b| simplest(&entered, a, b, &gain));
     match (&mut answer.named, named) {
         // The larger model has the parameters of all causes.
         (Some(so_far), Some(more)) => {
@@ -455,18 +487,21 @@ fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec<Str
 }
 
 /// The families common to all models with causes that cannot be distinguished from the best at a horizon, provided that the reference can
-/// be distinguished and the model with all these families beats it by more than chance.
+/// be distinguished; of these, as many as a model has that beats the reference by more than chance.
 fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Option<Named> {
     // A cause of size zero does not change the model.
-    let counts = |k: usize, cause: &'static Extension| entered[k].has_size(cause, OF_A_NAME, policy.none);
-    let has =
-        |k: usize, family: &str| entered[k].causes.iter().any(|cause| cause.family() == family && counts(k, cause));
+    let counts = |k: usize, cause: &'static Extension, horizons: &[usize]| {
+        horizons.iter().any(|&horizon| entered[k].has_size(cause, horizon, policy.none))
+    };
+    let has = |k: usize, family: &str, horizons: &[usize]| {
+        entered[k].causes.iter().any(|cause| cause.family() == family && counts(k, cause, horizons))
+    };
     let (mut families, mut members): (Vec<&str>, Vec<usize>) = (Vec::new(), Vec::new());
     for set in table.sets.iter().filter(|set| !set.reference) {
         let own: Vec<usize> = (0..entered.len()).filter(|&k| set.models[k]).collect();
         let Some(&any) = own.first() else { continue };
         let of_any = entered[any].causes.iter().map(|cause| cause.family());
-        families.extend(of_any.filter(|family| own.iter().all(|k| has(*k, family))));
+        families.extend(of_any.filter(|family| own.iter().all(|k| has(*k, family, set.horizons))));
         members.extend(own);
     }
     families.sort_unstable();
@@ -479,15 +514,17 @@ fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Opt
         let row = &table.rows[k];
         row.p <= policy.chance_of_a_name && row.gains[OF_A_NAME].share >= policy.least_gain * share
     };
-    let has_all = |k: usize| !families.is_empty() && families.iter().all(|family| has(k, family));
-    let best = (0..entered.len()).filter(|&k| has_all(k) && gains(k));
-    let best = best.min_by(|&a, &b| simplest(entered, a, b, &|k| -table.rows[k].t))?;
+    let count = |k: usize| families.iter().filter(|family| has(k, family, &[OF_A_NAME])).count();
+    let evidence = |k: usize| -table.rows[k].t;
+    let order = |a: usize, b: usize| count(b).cmp(&count(a)).then(simplest(entered, a, b, &evidence));
+    let best = (0..entered.len()).filter(|&k| count(k) > 0 && gains(k)).min_by(|&a, &b| order(a, b))?;
     let row = &table.rows[best];
-    let is_named = |cause: &&'static Extension| families.contains(&cause.family());
+    let is_named = |cause: &&'static Extension| families.contains(&cause.family()) && counts(best, cause, &[OF_A_NAME]);
     let causes: Vec<&'static Extension> = entered[best].causes.iter().copied().filter(is_named).collect();
     let mut rivals = Vec::new();
     for cause in &causes {
-        let others = members.iter().flat_map(|&k| entered[k].causes.iter().filter(move |other| counts(k, other)));
+        let others =
+            members.iter().flat_map(|&k| entered[k].causes.iter().filter(move |other| counts(k, other, &[OF_A_NAME])));
         for other in others.filter(|other| other.family() == cause.family() && *other != cause) {
             if !rivals.contains(&(*cause, *other)) {
                 rivals.push((*cause, *other));

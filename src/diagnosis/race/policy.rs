@@ -38,7 +38,9 @@ pub struct Policy {
     /// Shares of the smallest measured spacing \[-\]: a model may fall below each in no more whole drives than the base, because one that
     /// comes closer collides on the next drive.
     pub least_spacing: [f64; 3],
-    /// Number of standard errors by which these may exceed those of the base \[-\]: among hundreds of drivers, some do by chance.
+    /// Largest number of left-out parts in which a recommended model collides \[-\]: one that collides there does so on further drives, too.
+    pub collisions: f64,
+    /// Number of standard errors by which close approaches may exceed those of the base \[-\]: among hundreds of drivers, some do by chance.
     pub excess: f64,
     /// A stretch is not followed if the error of the speed over 10 s is this multiple of the usual one \[-\], which nine of ten bins do not
     /// exceed: a law that lacks an effect is off by twice the usual error.
@@ -72,6 +74,7 @@ impl Policy {
         none: 0.02,
         worth_trying: 0.005,
         least_spacing: [0.25, 0.5, 0.75],
+        collisions: 0.0,
         excess: 0.0,
         not_followed: 3.0,
         least_not_followed: 0.5,
@@ -81,8 +84,10 @@ impl Policy {
         interval: 0.95,
     };
 
-    /// The policy for a fleet. A pooled model follows an unusual driver badly over whole drives, so no stretch is left out.
-    pub const FLEET: Policy = Policy { named: 0.5, not_followed: f64::INFINITY, excess: 1.0, ..Policy::DEFAULT };
+    /// The policy for a fleet. A pooled model follows an unusual driver badly over whole drives, so no stretch is left out, and collisions
+    /// only count as close approaches.
+    pub const FLEET: Policy =
+        Policy { named: 0.5, not_followed: f64::INFINITY, collisions: f64::INFINITY, excess: 1.0, ..Policy::DEFAULT };
 }
 
 /// Largest number of rounds: the first finds a cause or a pair, each further one adds a cause and costs as much.

@@ -4,7 +4,6 @@ use super::evidence::Evidence;
 use super::fit::{Entry, Fit};
 use super::policy::Policy;
 use super::{HORIZONS, Horizon};
-use crate::diagnose::likelihood::model::is_lead;
 use crate::extension::Extension;
 use crate::judge::Check;
 
@@ -30,7 +29,8 @@ pub fn checks(
             spread(policy, entry, added),
             policy.spread,
         ),
-        Check::at_most("parameters on a bound that the base is not on", on_bounds(base, entry) as f64, 0.0),
+        Check::at_most("sizes of its causes on a bound", on_bounds(entry, added) as f64, 0.0),
+        Check::at_most("collisions on left-out drives", collisions(entry), policy.collisions),
         Check::at_most(
             "close approaches in excess of the base",
             too_close(entry) - too_close(base),
@@ -43,6 +43,12 @@ pub fn checks(
 fn too_close(entry: &Entry) -> f64 {
     let judged = entry.whole_drives().and_then(|fit| fit.judged.as_ref());
     judged.map_or(f64::INFINITY, |judged| judged.too_close as f64)
+}
+
+/// Number of parts left out of the fits in which a model collides with the car ahead.
+fn collisions(entry: &Entry) -> f64 {
+    let judged = entry.whole_drives().and_then(|fit| fit.judged.as_ref());
+    judged.map_or(f64::INFINITY, |judged| judged.held.collisions() as f64)
 }
 
 /// The largest ratio of the sizes of the added causes over the longer horizons and the folds of whole drives; infinite if a sign changes or
@@ -73,14 +79,9 @@ fn spread(policy: &Policy, entry: &Entry, added: &[&'static Extension]) -> f64 {
     ratios.max_by(f64::total_cmp).unwrap_or(f64::INFINITY)
 }
 
-/// Number of parameters that whole drives press against a bound, except those on a bound in the base.
-fn on_bounds(base: &Entry, entry: &Entry) -> usize {
+/// Number of sizes that whole drives press against a bound.
+fn on_bounds(entry: &Entry, added: &[&'static Extension]) -> usize {
     let Some(fit) = entry.whole_drives() else { return usize::MAX };
-    let of_base = |k: usize| {
-        let own = base.model.position(entry.model.symbols[k]).zip(base.whole_drives());
-        own.is_some_and(|(k, fit)| base.model.axes[k].at_bound(fit.whole[k]))
-    };
-    let axes = entry.model.axes.iter().zip(&fit.whole).enumerate();
-    let is_of_car = |k: usize| !is_lead(entry.model.symbols[k]);
-    axes.filter(|(k, (axis, value))| axis.at_bound(**value) && is_of_car(*k) && !of_base(*k)).count()
+    let sizes = added.iter().flat_map(|cause| entry.model.positions(cause));
+    sizes.filter(|&k| entry.model.axes[k].at_bound(fit.whole[k])).count()
 }

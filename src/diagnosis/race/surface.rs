@@ -26,8 +26,10 @@ pub struct Surface<'a> {
     pub scales: &'a [Scale],
     /// Which parts count.
     pub counts: &'a [bool],
-    /// The horizon of the correction.
+    /// The horizon of the loss.
     pub horizon: Horizon,
+    /// Time constant of the correction \[s\]; `None`: none.
+    pub correction_s: Option<f64>,
 }
 
 impl Surface<'_> {
@@ -54,7 +56,7 @@ impl Surface<'_> {
     }
 
     fn pull(&self, part: usize) -> Pull {
-        let share = self.horizon.seconds().map_or(0.0, |seconds| (self.model.dt(part) / seconds).min(1.0));
+        let share = self.correction_s.map_or(0.0, |seconds| (self.model.dt(part) / seconds).min(1.0));
         Pull { share, soft: Some(SOFT) }
     }
 
