@@ -25,13 +25,15 @@ use crate::convention::{Convention, Delay};
 use crate::evaluator::{Case, EvaluateError};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::{Accumulation, GoodnessOfFit};
+use ending::Basin;
 pub use objective::DIFFERENCE;
 use objective::Objective;
 use record::Record;
+use round::Kind;
 use std::ops::{ControlFlow, Range};
 
 /// Searches at most.
-const SEARCHES: u64 = 8;
+const SEARCHES: usize = 8;
 /// Two searches agree if their scores differ by no more than this share of the lower one, or of [`FLOOR`]: ten times the remaining error of
 /// descents.
 const AGREEMENT: f64 = 3e-4;
@@ -82,6 +84,7 @@ struct Search<'a> {
     smooth: Objective<'a>,
     exact: Objective<'a>,
     record: Record<'a>,
+    basins: Vec<Basin>,
 }
 
 /// Calibrates the variant of a ground on some of its cases.
@@ -97,6 +100,7 @@ pub(super) fn search(
         smooth: Objective::new(&ground.smooth, cases.clone(), space),
         exact: Objective::new(ground.exact(), cases, space),
         record: Record::new(settings, number, progress),
+        basins: Vec::new(),
     };
     let settled = search.is_settled()?;
     let Search { exact, record: Record { evaluations, convergence, near, best, stopped, .. }, .. } = search;
@@ -113,18 +117,23 @@ pub(super) fn search(
 impl Search<'_> {
     /// Searches until enough agree; true if they do.
     fn is_settled(&mut self) -> Result<bool, CalibrateError> {
-        let mut found = Vec::new();
+        let mut found: Vec<f64> = Vec::new();
+        let mut kinds = vec![Kind::Direct, Kind::Homotopy];
         for round in 0..SEARCHES {
-            found.push(self.round(round)?);
+            let best = (0..found.len()).min_by(|a, b| found[*a].total_cmp(&found[*b]));
+            let kind = kinds.get(round).or(best.map(|best| &kinds[best])).copied().unwrap_or(Kind::Direct);
+            kinds.resize(kinds.len().max(round + 1), kind);
+            found.push(self.round(round as u64, kind)?);
             if self.record.stopped.is_some() {
                 return Ok(false);
             }
             if agree(&found) {
-                self.look_around()?;
-                return Ok(true);
+                break;
             }
         }
-        Ok(false)
+        self.polish()?;
+        self.look_around()?;
+        Ok(agree(&found))
     }
 
     fn keep(&mut self, place: Vec<f64>, score: f64) {

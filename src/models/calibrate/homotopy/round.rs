@@ -37,15 +37,27 @@ const BEHIND: [f64; 2] = [1.5, 1.25];
 /// less than the second share.
 const MET: [f64; 2] = [3e-3, 1e-6];
 
+/// How points descend.
+#[derive(Debug, Clone, Copy)]
+pub enum Kind {
+    /// Without a pull.
+    Direct,
+    /// Under a pull that fades.
+    Homotopy,
+}
+
 impl Search<'_> {
     /// The lowest exact score of one search; infinite if it is stopped or finds nothing.
-    pub(super) fn round(&mut self, round: u64) -> Result<f64, CalibrateError> {
+    pub(super) fn round(&mut self, round: u64, kind: Kind) -> Result<f64, CalibrateError> {
         let settings = self.record.settings;
         let mut rng = stream(settings.seed, self.record.number, round, 0);
         let n = self.smooth.dimensions();
         let screened = SCREENED.min((SCREENING * settings.stop.max_evaluations as f64) as usize);
         let places: Vec<Vec<f64>> = (0..screened).map(|_| (0..n).map(|_| rng.random()).collect()).collect();
-        let walkers = if round.is_multiple_of(2) { self.directly(&places)? } else { self.homotopy(&places)? };
+        let walkers = match kind {
+            Kind::Direct => self.directly(&places)?,
+            Kind::Homotopy => self.homotopy(&places)?,
+        };
         self.finish(merged(walkers), FINAL)
     }
 
@@ -121,14 +133,16 @@ fn merged(mut walkers: Vec<Walker>) -> Vec<Walker> {
     walkers.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut kept: Vec<Walker> = Vec::new();
     for walker in walkers {
-        let met = |other: &Walker| {
-            let behind = walker.cost - other.cost;
-            let farthest = walker.place.iter().zip(&other.place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            behind <= MET[0] * other.cost && farthest < APART || behind <= MET[1] * other.cost
-        };
-        if !kept.iter().any(met) {
+        if !kept.iter().any(|other| has_met(&walker, other)) {
             kept.push(walker);
         }
     }
     kept
+}
+
+/// True if a point has met one that is no worse.
+pub fn has_met(walker: &Walker, other: &Walker) -> bool {
+    let behind = walker.cost - other.cost;
+    let farthest = walker.place.iter().zip(&other.place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    behind <= MET[0] * other.cost && farthest < APART || behind <= MET[1] * other.cost
 }

@@ -202,7 +202,7 @@ pub fn leader<T: Real, const L: usize>(old: T, new: T, fraction: &[T; L], to: &m
     }
 }
 
-/// Lanes that look up their past together: each delay between their smallest and largest is tried for each of them.
+/// Lanes that look up their past together: each of their delays is tried for each of them.
 pub const CHUNK: usize = 16;
 
 /// Spacing, speed and the speed ahead in the lanes of a chunk with this delay, between two samples: each `old`, `new`.
