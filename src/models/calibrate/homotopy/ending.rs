@@ -1,6 +1,6 @@
 //! From a basin to its lowest exact score, and the candidates around it.
 
-use super::descent::{Course, Surface, Walker, Watch, descend};
+use super::descent::{Course, Shared, Walker, Watch, descend_on};
 use super::record::{LAST, Record};
 use super::round::has_met;
 use super::{AGREEMENT, FLOOR, Search};
@@ -73,7 +73,7 @@ struct Ending {
 impl Search<'_> {
     /// Continues from the best points to the end: collisions become hard, delays whole if the convention has whole ones. Returns the lowest
     /// exact score.
-    pub(super) fn finish(&mut self, walkers: Vec<Walker>, most: usize) -> Result<f64, CalibrateError> {
+    pub(super) async fn finish(&mut self, walkers: Vec<Walker>, most: usize) -> Result<f64, CalibrateError> {
         let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(f64::INFINITY) };
         let near = |walker: &Walker| self.record.stopped.is_some() || walker.cost <= best * BEHIND;
         let (met, entries): (Vec<Walker>, Vec<Walker>) =
@@ -84,22 +84,22 @@ impl Search<'_> {
             let places: Vec<Vec<f64>> = walkers.iter().map(|walker| walker.place.clone()).collect();
             if self.record.stopped.is_some()
                 || places.is_empty()
-                || level > 0 && !self.any_pays(&places, SOFT[level - 1])?
+                || level > 0 && !self.any_pays(&places, SOFT[level - 1]).await?
             {
                 break;
             }
             let turns = if level == 0 { FIRST_TURNS } else { SOFT_TURNS };
             let course = Course { pull: Pull { share: 0.0, soft: Some(soft) }, turns, tolerance: FINE };
-            walkers = descend(&self.smooth, places, &[], course, &mut self.record)?;
+            walkers = descend_on(&self.smooth, places, &[], course, &mut self.record).await?;
         }
         if self.record.stopped.is_some() {
-            self.score_exactly(&walkers.into_iter().map(|walker| walker.place).collect::<Vec<_>>())?;
+            self.score_exactly(&walkers.into_iter().map(|walker| walker.place).collect::<Vec<_>>()).await?;
             return Ok(f64::INFINITY);
         }
         for (entry, walker) in entries.into_iter().zip(walkers) {
             let mut end: Option<Ending> = None;
             for (place, held) in self.with_whole_delays(&walker.place) {
-                let mut ending = self.exactly(place, held)?;
+                let mut ending = self.exactly(place, held).await?;
                 // A penalty has a slope at the edge of the feasible region, where the score has none.
                 ending.promise = ending.promise.min(walker.promise);
                 if end.as_ref().is_none_or(|end| ending.score < end.score) {
@@ -127,12 +127,12 @@ impl Search<'_> {
     }
 
     /// Refines the best basin by scores alone, if derivatives still promise a gain.
-    pub(super) fn polish(&mut self) -> Result<(), CalibrateError> {
+    pub(super) async fn polish(&mut self) -> Result<(), CalibrateError> {
         let best = self.basins.iter().map(|basin| &basin.end).min_by(|a, b| a.score.total_cmp(&b.score));
         let Some(Ending { place, score, promise, held }) = best else { return Ok(()) };
         if promise.is_finite() && *promise > PROMISE * score.max(FLOOR) {
             let (found, held) = ((place.clone(), *score), held.clone());
-            let (place, score) = self.polished(found, &held)?;
+            let (place, score) = self.polished(found, &held).await?;
             self.keep(place, score);
             self.compare_with_target()?;
         }
@@ -140,15 +140,16 @@ impl Search<'_> {
     }
 
     /// Descends by the exact objective, without `held` coordinates.
-    fn exactly(&mut self, place: Vec<f64>, held: Vec<usize>) -> Result<Ending, CalibrateError> {
+    async fn exactly(&mut self, place: Vec<f64>, held: Vec<usize>) -> Result<Ending, CalibrateError> {
         let mut ending = Ending { place, score: f64::INFINITY, promise: f64::INFINITY, held };
         if !self.record.spend(1) {
             return Ok(ending);
         }
-        ending.score = self.exact.costs(std::slice::from_ref(&ending.place), Pull::NONE)?[0];
+        ending.score = self.exact.costs(std::slice::from_ref(&ending.place), Pull::NONE).await?[0];
         if ending.score.is_finite() {
             let course = Course { pull: Pull::NONE, turns: EXACT_TURNS, tolerance: FINE };
-            let walkers = descend(&self.exact, vec![ending.place.clone()], &ending.held, course, &mut self.record)?;
+            let walkers =
+                descend_on(&self.exact, vec![ending.place.clone()], &ending.held, course, &mut self.record).await?;
             if let Some(walker) = walkers.into_iter().find(|walker| walker.cost.is_finite()) {
                 (ending.place, ending.score, ending.promise) = (walker.place, walker.cost, walker.promise);
             }
@@ -157,14 +158,14 @@ impl Search<'_> {
     }
 
     /// Descends by scores alone, from a point that may be infeasible.
-    fn polished(&mut self, found: (Vec<f64>, f64), held: &[usize]) -> Result<(Vec<f64>, f64), CalibrateError> {
+    async fn polished(&mut self, found: (Vec<f64>, f64), held: &[usize]) -> Result<(Vec<f64>, f64), CalibrateError> {
         let moved: Vec<usize> = (0..found.0.len()).filter(|i| !held.contains(i)).collect();
         let n = moved.len();
         if n == 0 {
             return Ok(found);
         }
         let rise = EDGE * if found.1.is_finite() { found.1 } else { 1.0 };
-        let points = self.around(&found.0, held, [rise; 2], EDGES * n)?;
+        let points = self.around(&found.0, held, [rise; 2], EDGES * n).await?;
         if points.is_empty() {
             return Ok(found);
         }
@@ -190,7 +191,7 @@ impl Search<'_> {
                 break;
             }
             let places: Vec<Vec<f64>> = points.iter().map(whole).collect();
-            let scores = self.exact.scores(&places, Pull::NONE)?;
+            let scores = self.exact.scores(&places, Pull::NONE).await;
             let merits: Vec<Merit> = scores.iter().map(|(score, _)| merit(score)).collect();
             descent.tell(&merits);
         }
@@ -213,10 +214,10 @@ impl Search<'_> {
     }
 
     /// The exact scores of some points, so that a stopped search has a result.
-    pub(super) fn score_exactly(&mut self, places: &[Vec<f64>]) -> Result<(), CalibrateError> {
+    pub(super) async fn score_exactly(&mut self, places: &[Vec<f64>]) -> Result<(), CalibrateError> {
         let places = &places[..places.len().min(LAST / 2)];
         self.record.evaluations += places.len() as u64;
-        let costs = self.exact.costs(places, Pull::NONE)?;
+        let costs = self.exact.costs(places, Pull::NONE).await?;
         for (place, cost) in places.iter().zip(costs).filter(|(_, cost)| cost.is_finite()) {
             self.keep(place.clone(), cost);
         }
@@ -224,11 +225,11 @@ impl Search<'_> {
     }
 
     /// True if a point at the optimum of a softness collides, or loses much by its distance from a collision.
-    fn any_pays(&mut self, places: &[Vec<f64>], soft: Soft) -> Result<bool, CalibrateError> {
+    async fn any_pays(&mut self, places: &[Vec<f64>], soft: Soft) -> Result<bool, CalibrateError> {
         if !self.record.spend(places.len()) {
             return Ok(false);
         }
-        let scores = self.smooth.scores(places, Pull { share: 0.0, soft: Some(soft) })?;
+        let scores = self.smooth.scores(places, Pull { share: 0.0, soft: Some(soft) }).await;
         let pays = |(score, square): &(Score, f64)| {
             let Score::Value(score) = score else { return true };
             let shortfall = square.sqrt();
@@ -277,14 +278,14 @@ impl Search<'_> {
     }
 
     /// Candidates around the best one, at distances that cost little: they show which parameters compensate for each other.
-    pub(super) fn look_around(&mut self) -> Result<(), CalibrateError> {
+    pub(super) async fn look_around(&mut self) -> Result<(), CalibrateError> {
         let Some((best, score)) = self.record.best.clone() else { return Ok(()) };
         let rises = RISES.map(|rise| rise * score.max(FLOOR));
-        let places = self.around(&best, &[], rises, AROUND * best.len())?;
+        let places = self.around(&best, &[], rises, AROUND * best.len()).await?;
         if !self.record.spend(places.len()) {
             return Ok(());
         }
-        let costs = self.exact.costs(&places, Pull::NONE)?;
+        let costs = self.exact.costs(&places, Pull::NONE).await?;
         for (place, cost) in places.into_iter().zip(costs) {
             if cost <= score + NEAR * score.abs() {
                 self.keep(place, cost);
@@ -294,7 +295,7 @@ impl Search<'_> {
     }
 
     /// Points around another one, at which costs rise on average by each of these values in turn.
-    fn around(
+    async fn around(
         &mut self,
         middle: &[f64],
         held: &[usize],
@@ -305,7 +306,7 @@ impl Search<'_> {
         if !self.record.spend(n + 1 - held.len()) {
             return Ok(Vec::new());
         }
-        let curvature = self.smooth.slopes(&[&middle.to_vec()], held, pulled(0.0))?.remove(0).majorant;
+        let curvature = self.smooth.slopes(&[&middle.to_vec()], held, pulled(0.0)).await?.remove(0).majorant;
         let largest = curvature.diagonal().max();
         let floor = DMatrix::from_diagonal_element(n, n, (WIDEST * largest).max(f64::MIN_POSITIVE.sqrt()));
         let Some(root) = (curvature + floor).cholesky() else { return Ok(Vec::new()) };

@@ -18,9 +18,10 @@ mod objective;
 mod record;
 mod round;
 mod step;
+mod together;
 
 use super::search::FLOOR;
-use super::{CalibrateError, Calibration, OptimizerKind, Progress, Replicate, SearchSpace, StopReason};
+use super::{CalibrateError, Calibration, OptimizerKind, Progress, Replicate, StopReason, Task};
 use crate::convention::{Convention, Delay};
 use crate::evaluator::{Case, EvaluateError};
 use crate::lanes::{Lanes, LanesPrecision};
@@ -30,7 +31,10 @@ pub use objective::DIFFERENCE;
 use objective::Objective;
 use record::Record;
 use round::Kind;
-use std::ops::{ControlFlow, Range};
+use std::future::Future;
+use std::ops::ControlFlow;
+use std::pin::Pin;
+use together::{Queue, run};
 
 /// Searches at most.
 const SEARCHES: usize = 8;
@@ -66,8 +70,8 @@ impl Ground {
         Ok(Some(Ground { smooth, exact }))
     }
 
-    fn exact(&self) -> &Lanes {
-        self.exact.as_ref().unwrap_or(&self.smooth)
+    fn lanes(&self, exact: bool) -> &Lanes {
+        self.exact.as_ref().filter(|_| exact).unwrap_or(&self.smooth)
     }
 }
 
@@ -87,22 +91,35 @@ struct Search<'a> {
     basins: Vec<Basin>,
 }
 
-/// Calibrates the variant of a ground on some of its cases.
+/// Calibrates the variant of a ground on some of its cases, several searches side by side; `tell` also receives the place of the search.
 pub(super) fn search(
     ground: &Ground,
-    cases: Range<usize>,
-    space: &SearchSpace,
+    tasks: &[&Task<'_>],
     settings: &Calibration,
-    number: u64,
+    tell: &(dyn Fn(usize, Progress) -> ControlFlow<()> + Sync),
+) -> Result<Vec<Ended>, CalibrateError> {
+    let queue = Queue::default();
+    let tells: Vec<_> = (0..tasks.len()).map(|i| move |told: Progress| tell(i, told)).collect();
+    let search = |(task, tell)| Box::pin(one(ground, &queue, task, settings, tell)) as Pin<Box<dyn Future<Output = _>>>;
+    let searches = tasks.iter().copied().zip(tells.iter().map(|tell| tell as &(dyn Fn(_) -> _ + Sync))).map(search);
+    run(ground, &queue, searches.collect())?.into_iter().collect()
+}
+
+/// One search.
+async fn one(
+    ground: &Ground,
+    queue: &Queue,
+    Task { space, cases, number }: &Task<'_>,
+    settings: &Calibration,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Result<Ended, CalibrateError> {
     let mut search = Search {
-        smooth: Objective::new(&ground.smooth, cases.clone(), space),
-        exact: Objective::new(ground.exact(), cases, space),
-        record: Record::new(settings, number, progress),
+        smooth: Objective::new(ground, queue, false, cases.clone(), space),
+        exact: Objective::new(ground, queue, true, cases.clone(), space),
+        record: Record::new(settings, *number, progress),
         basins: Vec::new(),
     };
-    let settled = search.is_settled()?;
+    let settled = search.is_settled().await?;
     let Search { exact, record: Record { evaluations, convergence, near, best, stopped, .. }, .. } = search;
     let open = best.is_none() || stopped.is_none() && !settled;
     let stop = stopped.unwrap_or(if settled { StopReason::Converged } else { StopReason::Evaluations });
@@ -110,20 +127,20 @@ pub(super) fn search(
         Some((place, score)) => (exact.candidate(&place), score),
         None => (Vec::new(), f64::INFINITY),
     };
-    let replicate = Replicate { number, candidate, score, evaluations, stop, convergence, near };
+    let replicate = Replicate { number: *number, candidate, score, evaluations, stop, convergence, near };
     Ok(if open { Ended::Open(replicate) } else { Ended::Found(replicate) })
 }
 
 impl Search<'_> {
     /// Searches until enough agree; true if they do.
-    fn is_settled(&mut self) -> Result<bool, CalibrateError> {
+    async fn is_settled(&mut self) -> Result<bool, CalibrateError> {
         let mut found: Vec<f64> = Vec::new();
         let mut kinds = vec![Kind::Direct, Kind::Homotopy];
         for round in 0..SEARCHES {
             let best = (0..found.len()).min_by(|a, b| found[*a].total_cmp(&found[*b]));
             let kind = kinds.get(round).or(best.map(|best| &kinds[best])).copied().unwrap_or(Kind::Direct);
             kinds.resize(kinds.len().max(round + 1), kind);
-            found.push(self.round(round as u64, kind)?);
+            found.push(self.round(round as u64, kind).await?);
             if self.record.stopped.is_some() {
                 return Ok(false);
             }
@@ -131,8 +148,8 @@ impl Search<'_> {
                 break;
             }
         }
-        self.polish()?;
-        self.look_around()?;
+        self.polish().await?;
+        self.look_around().await?;
         Ok(agree(&found))
     }
 

@@ -101,6 +101,14 @@ pub fn shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], 
     }
 }
 
+/// Adds the shortfall of values below `least`, in the lanes that continued.
+#[inline(always)]
+pub fn add_shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], to: &mut [T; L]) {
+    for i in 0..L {
+        to[i] = to[i] + select_unpredictable(went[i] != T::ZERO, (least - y[i]).larger(T::ZERO), T::ZERO);
+    }
+}
+
 /// Adds the cut part of an acceleration, in the lanes that continued.
 #[inline(always)]
 pub fn add_cuts<T: Real, const L: usize>(a: &[T; L], a_free: &[T; L], went: &[T; L], to: &mut [T; L]) {

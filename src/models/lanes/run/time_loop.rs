@@ -286,6 +286,9 @@ pub fn run<T: Real, const L: usize>(
             if let Some(soft) = settings.soft {
                 let shortfall = &mut w.sums.weighted[3].0;
                 rows::shortfalls(rows[0], T::of(soft.least), &w.went.0, shortfall);
+                if let Some(number) = step.reaching.filter(|_| settings.reaches) {
+                    rows::add_shortfalls(w.registers.row(number), T::of(soft.least), &w.went.0, shortfall);
+                }
                 if stream.rejects && step.a != step.a_free {
                     let (a, a_free) = (w.registers.row(step.a), w.registers.row(step.a_free));
                     rows::add_cuts(a, a_free, &w.went.0, shortfall);
