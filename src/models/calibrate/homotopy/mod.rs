@@ -10,7 +10,7 @@
 //! 3. `round`: one search, from random points to the basins that it finds.
 //! 4. `ending`: from a basin to its lowest exact score, and the candidates around it.
 //!
-//! `descent` and `step` are the Levenberg-Marquardt method, `objective` is their objective.
+//! `descent` and `step` are the Levenberg-Marquardt method, `objective` is their objective, and `together` simulates what several searches need.
 
 pub mod descent;
 mod ending;
@@ -38,6 +38,8 @@ use together::{Queue, run};
 
 /// Searches at most.
 const SEARCHES: usize = 8;
+/// Kinds of the first searches; those that follow are of the kind that found the lowest score.
+const FIRST: [Kind; 2] = [Kind::Direct, Kind::Homotopy];
 /// Two searches agree if their scores differ by no more than this share of the lower one, or of [`FLOOR`]: ten times the remaining error of
 /// descents.
 const AGREEMENT: f64 = 3e-4;
@@ -88,6 +90,7 @@ struct Search<'a> {
     smooth: Objective<'a>,
     exact: Objective<'a>,
     record: Record<'a>,
+    /// Basins that searches finished.
     basins: Vec<Basin>,
 }
 
@@ -134,12 +137,11 @@ async fn one(
 impl Search<'_> {
     /// Searches until enough agree; true if they do.
     async fn is_settled(&mut self) -> Result<bool, CalibrateError> {
-        let mut found: Vec<f64> = Vec::new();
-        let mut kinds = vec![Kind::Direct, Kind::Homotopy];
+        let (mut found, mut kinds) = (Vec::<f64>::new(), Vec::<Kind>::new());
         for round in 0..SEARCHES {
             let best = (0..found.len()).min_by(|a, b| found[*a].total_cmp(&found[*b]));
-            let kind = kinds.get(round).or(best.map(|best| &kinds[best])).copied().unwrap_or(Kind::Direct);
-            kinds.resize(kinds.len().max(round + 1), kind);
+            let kind = FIRST.get(round).copied().or(best.map(|best| kinds[best])).expect("the first are given");
+            kinds.push(kind);
             found.push(self.round(round as u64, kind).await?);
             if self.record.stopped.is_some() {
                 return Ok(false);
