@@ -22,8 +22,9 @@ use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
-/// Number of calibrations under way per CPU thread: few enough that a power failure costs little.
-const PER_THREAD: usize = 8;
+/// Number of calibrations under way per CPU thread: as many as replicates are usual, which share blocks, and few enough that a power failure
+/// costs little.
+const PER_THREAD: usize = 10;
 /// Largest number of calibrations under way on a device: each holds a file open.
 const ON_A_DEVICE: usize = 512;
 /// First interval at which a run checks whether tasks of another run are finished; it doubles each time.

@@ -1,10 +1,13 @@
 //! Calibration by derivatives: slopes are those of the score, and `auto` finds the optimum with few simulations.
 
 use crate::common;
-use leadlag::internal::calibrate::{Calibration, Overrides, Replicate, SearchSpace, Stop, StopReason, calibrate};
+use crate::common::followers;
+use leadlag::internal::calibrate::{
+    Calibration, Overrides, Replicate, SearchSpace, Stop, StopReason, Task, calibrate, calibrate_each,
+};
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
-use leadlag::internal::evaluator::{Case, Job, Population, Pull, Residuals, Score, Soft};
+use leadlag::internal::evaluator::{Case, Failure, FailureKind, Job, Population, Pull, Residuals, Score, Soft};
 use leadlag::internal::lanes::{Bins, Differences, Lanes, LanesPrecision};
 use leadlag::internal::trajectory::{Preparation, Trajectory, import, prepare};
 use leadlag::internal::vehicle::Vehicle;
@@ -141,10 +144,10 @@ fn slopes_are_those_of_the_score() {
 fn auto_finds_the_lowest_known_scores_with_few_simulations() {
     let Some(trajectory) = tesla("auto_finds_the_lowest_known_scores_with_few_simulations") else { return };
     for (variant, known, most) in [
-        ("idm", 0.378_857_60, 5_000),
-        ("gipps+delay", 0.283_407_27, 10_000),
-        ("l-cth", 0.329_329_0, 5_000),
-        ("l-idm+constant", 0.369_424, 25_000),
+        ("idm", 0.378_857_60, 2_000),
+        ("gipps+delay", 0.283_407_27, 3_500),
+        ("l-cth", 0.329_329_0, 2_600),
+        ("l-idm+constant", 0.369_424, 9_000),
     ] {
         let found = found(&trajectory, variant, "nrmse-sva", Stop::default());
         println!("{variant}: {} after {}, {}", found.score, found.evaluations, found.stop);
@@ -171,4 +174,61 @@ fn budgets_are_kept() {
     let found = found(&trajectory, "gipps", "nrmse-sva", Stop { target: Some(0.31), ..Stop::default() });
     assert_eq!(found.stop, StopReason::Target);
     assert!(found.score <= 0.31 && found.evaluations < 5000, "{} after {}", found.score, found.evaluations);
+}
+
+/// Replicates that share blocks of lanes end as each one does alone, on any number of threads.
+#[test]
+fn replicates_that_share_blocks_end_as_each_alone() {
+    let Some(trajectory) = tesla("replicates_that_share_blocks_end_as_each_alone") else { return };
+    let (case, space) = case_of(&trajectory, "gipps+delay", Convention::AUTHORS);
+    let stop = Stop { max_evaluations: 1_500, ..Stop::default() };
+    let settings = Calibration { replicates: 4, stop, ..Calibration::default() };
+    let on = |threads: usize, numbers: std::ops::Range<u64>| {
+        let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
+        let gof = "nrmse-sva".parse().expect("a measure");
+        let mut lanes = Lanes::new(vec![case.clone()], gof, LanesPrecision::Plain).expect("lanes");
+        let tasks: Vec<Task> = numbers.map(|number| Task { space: &space, cases: 0..1, number }).collect();
+        let run = || calibrate_each(&mut lanes, &tasks, &settings, &mut |_, _| ControlFlow::Continue(()));
+        let found: Result<Vec<Replicate>, _> = pool.install(run).expect("runs").into_iter().collect();
+        found.expect("feasible")
+    };
+    let together = on(1, 0..4);
+    assert_eq!(together, on(3, 0..4));
+    assert_eq!(together[2..3], on(1, 2..3));
+}
+
+/// A soft run of Gipps pays for a negative radicand, and for nothing else where it keeps its distance.
+#[test]
+fn a_negative_radicand_costs() {
+    let Some(trajectory) = tesla("a_negative_radicand_costs") else { return };
+    let (case, space) = case_of(&trajectory, "gipps", Convention::PAPER);
+    let lanes = Lanes::new(vec![case], "nrmse-sva".parse().expect("a measure"), LanesPrecision::F64).expect("lanes");
+    let mut population = Population::new(&space.symbols);
+    // The second one leaves more room at standstill than the first sample has.
+    population.push(&[0.6, 33.0, 2.0, 1.0, 1.5, -1.5, -1.5]);
+    population.push(&[0.6, 33.0, 9.0, 1.0, 1.5, -1.5, -1.5]);
+    let job = Job { case: 0, population: &population };
+    let plain = lanes.pulled(&job, Pull::NONE).expect("scores");
+    assert!(matches!(plain[0].0, Score::Value(_)), "{:?}", plain[0]);
+    assert!(matches!(plain[1].0, Score::Failed(Failure { kind: FailureKind::Radicand, .. })), "{:?}", plain[1]);
+    let soft = Some(Soft { least: 1e-3, price: 1.0 });
+    let soft = lanes.pulled(&job, Pull { share: 0.0, soft }).expect("scores");
+    assert_eq!(soft[0].1, 0.0);
+    assert!(matches!(soft[1].0, Score::Value(_)) && soft[1].1 > 0.1, "{:?}", soft[1]);
+}
+
+/// P4-2: without a penalty for the radicand, all searches ended at 0.4948, because the lower basin is full of runs that fail.
+#[test]
+fn a_search_leaves_negative_radicands() {
+    let Some(shared) = common::shared("a_search_leaves_negative_radicands") else { return };
+    let follower = followers::all(&shared).remove(5);
+    let variant: Variant = "gipps+nonlinear".parse().expect("a variant");
+    let (case, space) = (follower.case(variant, Convention::PAPER), follower.space(variant, Convention::PAPER));
+    let mut lanes =
+        Lanes::new(vec![case], "nrmse-sva".parse().expect("a measure"), LanesPrecision::Plain).expect("lanes");
+    let settings = Calibration::default();
+    let found =
+        calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(())).expect("feasible").remove(0);
+    println!("{} after {}, {}", found.score, found.evaluations, found.stop);
+    assert!(found.score < 0.4787, "{}", found.score);
 }

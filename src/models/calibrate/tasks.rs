@@ -42,14 +42,21 @@ pub(super) fn run(
         if told.1 { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     let ground = Ground::new(evaluator.cases(), evaluator.gof(), settings)?;
-    let begin = |(i, task): (usize, &Task)| match &ground {
-        Some(ground) if !task.space.free().is_empty() => {
-            homotopy::search(ground, task.cases.clone(), task.space, settings, task.number, &|told| tell(i, told))
-                .map(Some)
-        }
-        _ => Ok(None),
+    let searched: Vec<usize> = (0..tasks.len()).filter(|i| !tasks[*i].space.free().is_empty()).collect();
+    let groups: Vec<&[usize]> = match &ground {
+        Some(_) => searched.chunk_by(|a, b| tasks[*a].cases == tasks[*b].cases).flat_map(shared).collect(),
+        None => Vec::new(),
     };
-    let begun: Vec<Option<Ended>> = tasks.par_iter().enumerate().map(begin).collect::<Result<_, _>>()?;
+    let begin = |group: &&[usize]| {
+        let own: Vec<&Task> = group.iter().map(|&i| &tasks[i]).collect();
+        let ground = ground.as_ref().expect("there are groups");
+        homotopy::search(ground, &own, settings, &|k, told| tell(group[k], told))
+    };
+    let ended: Vec<Vec<Ended>> = groups.par_iter().map(begin).collect::<Result<_, _>>()?;
+    let mut begun: Vec<Option<Ended>> = tasks.iter().map(|_| None).collect();
+    for (i, ended) in groups.iter().flat_map(|group| *group).zip(ended.into_iter().flatten()) {
+        begun[*i] = Some(ended);
+    }
     let is_open = |i: &usize| !matches!(begun[*i], Some(Ended::Found(_)));
     let mut going: Vec<usize> = (0..tasks.len()).filter(is_open).collect();
     // After a caller has stopped the searches, no others run.
@@ -104,6 +111,14 @@ pub(super) fn run(
     };
     // The reference takes some milliseconds for each, which adds up over a thousand replicates.
     Ok(tasks.par_iter().zip(begun).zip(searches).map(end).collect())
+}
+
+/// Searches at most that share blocks: more do not fill them better.
+const SIDE_BY_SIDE: usize = 10;
+
+/// Tasks on the same cases in groups that share blocks, but at least as many groups as threads.
+fn shared(tasks: &[usize]) -> std::slice::Chunks<'_, usize> {
+    tasks.chunks(tasks.len().div_ceil(rayon::current_num_threads()).clamp(1, SIDE_BY_SIDE))
 }
 
 /// Candidate-steps between two looks at the caller, per thread: 0.2 s of `lanes` on a slow core, and more than enough for all lanes of a block.

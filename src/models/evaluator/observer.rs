@@ -41,8 +41,8 @@ impl Windows {
     }
 }
 
-/// A run that continues with a penalty beyond a collision, or where a convention rejects it at an acceleration bound, so that a search sees
-/// its distance from a valid run.
+/// A run that continues with a penalty beyond a collision or a negative radicand of Gipps, or where a convention rejects it at an
+/// acceleration bound, so that a search sees its distance from a valid run.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Soft {
     /// Spacing below which a run pays the penalty \[m\].

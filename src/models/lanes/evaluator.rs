@@ -263,6 +263,7 @@ impl Lanes {
     /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     pub fn pulled(&self, job: &Job<'_>, pull: Pull) -> Result<Vec<(Score, f64)>, EvaluateError> {
         let (engine, settings, observers) = self.pulling(job, pull)?;
+        let settings = Settings { reaches: true, ..settings };
         with_engine!(engine, core => {
             core.soft_scores(&self.cases, job, &settings, &observers)
         })
@@ -277,6 +278,7 @@ impl Lanes {
     /// If differences name missing candidates.
     pub fn slopes(&self, job: &Job<'_>, differences: &[Differences], pull: Pull) -> Result<Vec<Slopes>, EvaluateError> {
         let (engine, settings, observers) = self.pulling(job, pull)?;
+        let settings = Settings { reaches: true, ..settings };
         with_engine!(engine, core => {
             core.slopes(&self.cases, job, &settings, &observers, differences)
         })
@@ -433,7 +435,7 @@ fn streams<T: Real>(cases: &[Case], courses: &[Course], gof: &GoodnessOfFit) -> 
 }
 
 fn settings(adding: Adding, compensated: bool, counts: bool, block: Option<usize>) -> Settings {
-    Settings { adding, compensated, counts, block, windows: None, goes_on: false, soft: None }
+    Settings { adding, compensated, counts, block, windows: None, goes_on: false, soft: None, reaches: false }
 }
 
 impl Evaluator for Lanes {

@@ -3,6 +3,9 @@
 use super::step::lowest;
 use crate::evaluator::{Pull, Slopes};
 use nalgebra::{DMatrix, DVector};
+use std::future::Future;
+use std::pin::pin;
+use std::task::{Context, Poll, Waker};
 
 /// Dampings tried in an iteration, as factors of the present one; the first again with the majorant.
 const DAMPINGS: [f64; 6] = [1e-7, 1e-4, 1e-2, 1e-1, 1.0, 30.0];
@@ -108,6 +111,9 @@ pub fn turn(moved: usize) -> usize {
 pub trait Watch {
     /// Requests this many simulations; false ends the descent.
     fn spend(&mut self, simulations: usize) -> bool;
+
+    /// Receives the points after each iteration; those that it removes end.
+    fn turned(&self, _walkers: &mut Vec<Walker>) {}
 }
 
 /// Cost that a descent minimises, over points whose coordinates lie between 0 and 1.
@@ -131,11 +137,52 @@ pub trait Surface {
     fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, Self::Error>;
 }
 
+/// A surface whose answers may have to wait for other searches.
+pub(super) trait Shared {
+    type Error;
+
+    fn dimensions(&self) -> usize;
+
+    async fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, Self::Error>;
+
+    async fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, Self::Error>;
+}
+
+impl<S: Surface> Shared for S {
+    type Error = S::Error;
+
+    fn dimensions(&self) -> usize {
+        self.dimensions()
+    }
+
+    async fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, S::Error> {
+        self.costs(places, pull)
+    }
+
+    async fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, S::Error> {
+        self.slopes(places, held, pull)
+    }
+}
+
 /// Descends from all points, without `held` coordinates; those whose first run fails have an infinite cost.
 ///
 /// # Errors
 /// Where the surface cannot be evaluated.
 pub fn descend<S: Surface>(
+    objective: &S,
+    starts: Vec<Vec<f64>>,
+    held: &[usize],
+    course: Course,
+    watch: &mut dyn Watch,
+) -> Result<Vec<Walker>, S::Error> {
+    match pin!(descend_on(objective, starts, held, course, watch)).poll(&mut Context::from_waker(Waker::noop())) {
+        Poll::Ready(walkers) => walkers,
+        Poll::Pending => unreachable!("this surface answers at once"),
+    }
+}
+
+/// The same on a shared surface.
+pub(super) async fn descend_on<S: Shared>(
     objective: &S,
     starts: Vec<Vec<f64>>,
     held: &[usize],
@@ -150,7 +197,7 @@ pub fn descend<S: Surface>(
             break;
         }
         let places: Vec<&Vec<f64>> = going.iter().map(|walker| &walker.place).collect();
-        let slopes = objective.slopes(&places, held, course.pull)?;
+        let slopes = objective.slopes(&places, held, course.pull).await?;
         let mut trying: Vec<(&mut Walker, Vec<Vec<f64>>)> = Vec::new();
         for (walker, slopes) in going.into_iter().zip(&slopes) {
             if !slopes.cost.is_finite() {
@@ -171,10 +218,11 @@ pub fn descend<S: Surface>(
         if !watch.spend(all.len()) {
             break;
         }
-        let costs = objective.costs(&all, course.pull)?;
+        let costs = objective.costs(&all, course.pull).await?;
         for ((walker, tried), costs) in trying.iter_mut().zip(costs.chunks(TRIES)) {
             walker.take(tried, costs, course.tolerance);
         }
+        watch.turned(&mut walkers);
     }
     Ok(walkers)
 }

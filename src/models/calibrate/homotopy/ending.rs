@@ -1,8 +1,9 @@
 //! From a basin to its lowest exact score, and the candidates around it.
 
-use super::descent::{Course, Surface, Walker, Watch, descend};
+use super::descent::{Course, Shared, Walker, Watch, descend_on};
 use super::record::{LAST, Record};
-use super::{FLOOR, Search};
+use super::round::has_met;
+use super::{AGREEMENT, FLOOR, Search};
 use crate::calibrate::search::NEAR;
 use crate::calibrate::{CalibrateError, StopReason, merit};
 use crate::convention::Delay;
@@ -14,12 +15,23 @@ use nalgebra::{DMatrix, DVector};
 
 /// Largest ratio of the cost of a point to the best one for the point to continue to the end.
 const BEHIND: f64 = 1.05;
-/// Softness of collisions on the way, and then of those that remain: the shortfall becomes small, the price high.
-const SOFT: [Soft; 3] =
-    [Soft { least: 0.1, price: 1.0 }, Soft { least: 0.02, price: 100.0 }, Soft { least: 0.004, price: 1e4 }];
-/// Iterations at each softness, and with the exact objective.
-const SOFT_TURNS: [usize; 3] = [15, 8, 8];
+/// Softness of collisions on the way, and then of those that remain. An optimum often lies at a collision. The price is low at first, so that
+/// the penalty balances the score well inside the shortfall, where derivatives include it.
+const SOFT: [Soft; 7] = [
+    Soft { least: 0.1, price: 0.01 },
+    Soft { least: 0.05, price: 0.1 },
+    Soft { least: 0.02, price: 1.0 },
+    Soft { least: 0.005, price: 10.0 },
+    Soft { least: 0.001, price: 100.0 },
+    Soft { least: 0.001, price: 1e3 },
+    Soft { least: 0.001, price: 1e4 },
+];
+/// Iterations at the first softness, at each further one, and with the exact objective.
+const FIRST_TURNS: usize = 15;
+const SOFT_TURNS: usize = 8;
 const EXACT_TURNS: usize = 10;
+/// Share of the score that the distance from a collision may cost.
+const EDGE_COST: f64 = 1e-4;
 /// Gain of an iteration, as a share of the cost, below which a descent has converged at its end.
 const FINE: f64 = 1e-6;
 /// An unfulfilled promise of the derivatives, as a share of the score: below it a point is an optimum, above it a polish follows.
@@ -44,6 +56,12 @@ pub fn pulled(share: f64) -> Pull {
     Pull { share, soft: Some(SOFT[0]) }
 }
 
+/// A point from which a descent went to its end.
+pub struct Basin {
+    entry: Walker,
+    end: Ending,
+}
+
 /// The end of a descent by the exact objective.
 struct Ending {
     place: Vec<f64>,
@@ -55,54 +73,83 @@ struct Ending {
 impl Search<'_> {
     /// Continues from the best points to the end: collisions become hard, delays whole if the convention has whole ones. Returns the lowest
     /// exact score.
-    pub(super) fn finish(&mut self, walkers: Vec<Walker>, most: usize) -> Result<f64, CalibrateError> {
+    pub(super) async fn finish(&mut self, walkers: Vec<Walker>, most: usize) -> Result<f64, CalibrateError> {
         let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(f64::INFINITY) };
-        let is_near = |walker: &Walker| walker.cost <= best * BEHIND;
-        let mut places: Vec<Vec<f64>> = match self.record.stopped {
-            Some(_) => walkers.into_iter().map(|walker| walker.place).collect(),
-            None => walkers.into_iter().filter(is_near).take(most).map(|walker| walker.place).collect(),
-        };
-        for (level, (soft, turns)) in SOFT.into_iter().zip(SOFT_TURNS).enumerate() {
-            if self.record.stopped.is_some() || level > 0 && !self.any_pays(&places)? {
+        let near = |walker: &Walker| self.record.stopped.is_some() || walker.cost <= best * BEHIND;
+        let (met, entries): (Vec<Walker>, Vec<Walker>) =
+            walkers.into_iter().filter(near).take(most).partition(|walker| self.met(walker).is_some());
+        let mut lowest = met.iter().filter_map(|walker| self.met(walker)).fold(f64::INFINITY, f64::min);
+        let mut walkers = entries.clone();
+        for (level, soft) in SOFT.into_iter().enumerate() {
+            let places: Vec<Vec<f64>> = walkers.iter().map(|walker| walker.place.clone()).collect();
+            if self.record.stopped.is_some()
+                || places.is_empty()
+                || level > 0 && !self.any_pays(&places, SOFT[level - 1]).await?
+            {
                 break;
             }
+            let turns = if level == 0 { FIRST_TURNS } else { SOFT_TURNS };
             let course = Course { pull: Pull { share: 0.0, soft: Some(soft) }, turns, tolerance: FINE };
-            let walkers = descend(&self.smooth, places, &[], course, &mut self.record)?;
-            places = walkers.into_iter().map(|walker| walker.place).collect();
+            walkers = descend_on(&self.smooth, places, &[], course, &mut self.record).await?;
         }
         if self.record.stopped.is_some() {
-            self.score_exactly(&places)?;
+            self.score_exactly(&walkers.into_iter().map(|walker| walker.place).collect::<Vec<_>>()).await?;
             return Ok(f64::INFINITY);
         }
-        let mut best: Option<Ending> = None;
-        let begins: Vec<_> = places.iter().flat_map(|place| self.with_whole_delays(place)).collect();
-        for (place, held) in begins {
-            let ending = self.exactly(place, held)?;
-            if best.as_ref().is_none_or(|best| ending.score < best.score) {
-                best = Some(ending);
+        for (entry, walker) in entries.into_iter().zip(walkers) {
+            let mut end: Option<Ending> = None;
+            for (place, held) in self.with_whole_delays(&walker.place) {
+                let mut ending = self.exactly(place, held).await?;
+                // A penalty has a slope at the edge of the feasible region, where the score has none.
+                ending.promise = ending.promise.min(walker.promise);
+                if end.as_ref().is_none_or(|end| ending.score < end.score) {
+                    end = Some(ending);
+                }
             }
-        }
-        let Some(mut best) = best else { return Ok(f64::INFINITY) };
-        if best.promise > PROMISE * best.score.max(FLOOR) {
-            (best.place, best.score) = self.polished((best.place, best.score), &best.held)?;
-        }
-        if best.score.is_finite() {
-            self.keep(best.place, best.score);
+            let end = end.expect("at least one delay");
+            lowest = lowest.min(end.score);
+            if end.score.is_finite() {
+                self.keep(end.place.clone(), end.score);
+            }
+            self.basins.push(Basin { entry, end });
         }
         self.compare_with_target()?;
-        Ok(best.score)
+        Ok(lowest)
+    }
+
+    /// The score of the basin that a point has met, if any.
+    fn met(&self, walker: &Walker) -> Option<f64> {
+        let basins = self.basins.iter().filter(|basin| {
+            let ahead = basin.entry.cost - walker.cost;
+            ahead <= AGREEMENT * basin.entry.cost && has_met(walker, &basin.entry)
+        });
+        basins.map(|basin| basin.end.score).min_by(f64::total_cmp)
+    }
+
+    /// Refines the best basin by scores alone, if derivatives still promise a gain.
+    pub(super) async fn polish(&mut self) -> Result<(), CalibrateError> {
+        let best = self.basins.iter().map(|basin| &basin.end).min_by(|a, b| a.score.total_cmp(&b.score));
+        let Some(Ending { place, score, promise, held }) = best else { return Ok(()) };
+        if promise.is_finite() && *promise > PROMISE * score.max(FLOOR) {
+            let (found, held) = ((place.clone(), *score), held.clone());
+            let (place, score) = self.polished(found, &held).await?;
+            self.keep(place, score);
+            self.compare_with_target()?;
+        }
+        Ok(())
     }
 
     /// Descends by the exact objective, without `held` coordinates.
-    fn exactly(&mut self, place: Vec<f64>, held: Vec<usize>) -> Result<Ending, CalibrateError> {
+    async fn exactly(&mut self, place: Vec<f64>, held: Vec<usize>) -> Result<Ending, CalibrateError> {
         let mut ending = Ending { place, score: f64::INFINITY, promise: f64::INFINITY, held };
         if !self.record.spend(1) {
             return Ok(ending);
         }
-        ending.score = self.exact.costs(std::slice::from_ref(&ending.place), Pull::NONE)?[0];
+        ending.score = self.exact.costs(std::slice::from_ref(&ending.place), Pull::NONE).await?[0];
         if ending.score.is_finite() {
             let course = Course { pull: Pull::NONE, turns: EXACT_TURNS, tolerance: FINE };
-            let walkers = descend(&self.exact, vec![ending.place.clone()], &ending.held, course, &mut self.record)?;
+            let walkers =
+                descend_on(&self.exact, vec![ending.place.clone()], &ending.held, course, &mut self.record).await?;
             if let Some(walker) = walkers.into_iter().find(|walker| walker.cost.is_finite()) {
                 (ending.place, ending.score, ending.promise) = (walker.place, walker.cost, walker.promise);
             }
@@ -111,14 +158,14 @@ impl Search<'_> {
     }
 
     /// Descends by scores alone, from a point that may be infeasible.
-    fn polished(&mut self, found: (Vec<f64>, f64), held: &[usize]) -> Result<(Vec<f64>, f64), CalibrateError> {
+    async fn polished(&mut self, found: (Vec<f64>, f64), held: &[usize]) -> Result<(Vec<f64>, f64), CalibrateError> {
         let moved: Vec<usize> = (0..found.0.len()).filter(|i| !held.contains(i)).collect();
         let n = moved.len();
         if n == 0 {
             return Ok(found);
         }
         let rise = EDGE * if found.1.is_finite() { found.1 } else { 1.0 };
-        let points = self.around(&found.0, held, [rise; 2], EDGES * n)?;
+        let points = self.around(&found.0, held, [rise; 2], EDGES * n).await?;
         if points.is_empty() {
             return Ok(found);
         }
@@ -144,7 +191,7 @@ impl Search<'_> {
                 break;
             }
             let places: Vec<Vec<f64>> = points.iter().map(whole).collect();
-            let scores = self.exact.scores(&places, Pull::NONE)?;
+            let scores = self.exact.scores(&places, Pull::NONE).await;
             let merits: Vec<Merit> = scores.iter().map(|(score, _)| merit(score)).collect();
             descent.tell(&merits);
         }
@@ -167,23 +214,29 @@ impl Search<'_> {
     }
 
     /// The exact scores of some points, so that a stopped search has a result.
-    pub(super) fn score_exactly(&mut self, places: &[Vec<f64>]) -> Result<(), CalibrateError> {
+    pub(super) async fn score_exactly(&mut self, places: &[Vec<f64>]) -> Result<(), CalibrateError> {
         let places = &places[..places.len().min(LAST / 2)];
         self.record.evaluations += places.len() as u64;
-        let costs = self.exact.costs(places, Pull::NONE)?;
+        let costs = self.exact.costs(places, Pull::NONE).await?;
         for (place, cost) in places.iter().zip(costs).filter(|(_, cost)| cost.is_finite()) {
             self.keep(place.clone(), cost);
         }
         self.compare_with_target()
     }
 
-    /// True if a point pays a penalty, in runs without a pull.
-    fn any_pays(&mut self, places: &[Vec<f64>]) -> Result<bool, CalibrateError> {
+    /// True if a point at the optimum of a softness collides, or loses much by its distance from a collision.
+    async fn any_pays(&mut self, places: &[Vec<f64>], soft: Soft) -> Result<bool, CalibrateError> {
         if !self.record.spend(places.len()) {
             return Ok(false);
         }
-        let scores = self.smooth.scores(places, pulled(0.0))?;
-        Ok(scores.iter().any(|(_, shortfall)| *shortfall > 0.0))
+        let scores = self.smooth.scores(places, Pull { share: 0.0, soft: Some(soft) }).await;
+        let pays = |(score, square): &(Score, f64)| {
+            let Score::Value(score) = score else { return true };
+            let shortfall = square.sqrt();
+            // The slope of the penalty equals that of the score.
+            shortfall >= soft.least || 2.0 * soft.price * shortfall * soft.least > EDGE_COST * score.max(FLOOR)
+        };
+        Ok(scores.iter().any(pays))
     }
 
     /// The point, and no held coordinate; if the convention floors delays, the points with the delay at the two whole numbers of samples
@@ -225,14 +278,14 @@ impl Search<'_> {
     }
 
     /// Candidates around the best one, at distances that cost little: they show which parameters compensate for each other.
-    pub(super) fn look_around(&mut self) -> Result<(), CalibrateError> {
+    pub(super) async fn look_around(&mut self) -> Result<(), CalibrateError> {
         let Some((best, score)) = self.record.best.clone() else { return Ok(()) };
         let rises = RISES.map(|rise| rise * score.max(FLOOR));
-        let places = self.around(&best, &[], rises, AROUND * best.len())?;
+        let places = self.around(&best, &[], rises, AROUND * best.len()).await?;
         if !self.record.spend(places.len()) {
             return Ok(());
         }
-        let costs = self.exact.costs(&places, Pull::NONE)?;
+        let costs = self.exact.costs(&places, Pull::NONE).await?;
         for (place, cost) in places.into_iter().zip(costs) {
             if cost <= score + NEAR * score.abs() {
                 self.keep(place, cost);
@@ -242,7 +295,7 @@ impl Search<'_> {
     }
 
     /// Points around another one, at which costs rise on average by each of these values in turn.
-    fn around(
+    async fn around(
         &mut self,
         middle: &[f64],
         held: &[usize],
@@ -253,7 +306,7 @@ impl Search<'_> {
         if !self.record.spend(n + 1 - held.len()) {
             return Ok(Vec::new());
         }
-        let curvature = self.smooth.slopes(&[&middle.to_vec()], held, pulled(0.0))?.remove(0).majorant;
+        let curvature = self.smooth.slopes(&[&middle.to_vec()], held, pulled(0.0)).await?.remove(0).majorant;
         let largest = curvature.diagonal().max();
         let floor = DMatrix::from_diagonal_element(n, n, (WIDEST * largest).max(f64::MIN_POSITIVE.sqrt()));
         let Some(root) = (curvature + floor).cholesky() else { return Ok(Vec::new()) };

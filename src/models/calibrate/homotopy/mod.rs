@@ -10,7 +10,7 @@
 //! 3. `round`: one search, from random points to the basins that it finds.
 //! 4. `ending`: from a basin to its lowest exact score, and the candidates around it.
 //!
-//! `descent` and `step` are the Levenberg-Marquardt method, `objective` is their objective.
+//! `descent` and `step` are the Levenberg-Marquardt method, `objective` is their objective, and `together` simulates what several searches need.
 
 pub mod descent;
 mod ending;
@@ -18,20 +18,28 @@ mod objective;
 mod record;
 mod round;
 mod step;
+mod together;
 
 use super::search::FLOOR;
-use super::{CalibrateError, Calibration, OptimizerKind, Progress, Replicate, SearchSpace, StopReason};
+use super::{CalibrateError, Calibration, OptimizerKind, Progress, Replicate, StopReason, Task};
 use crate::convention::{Convention, Delay};
 use crate::evaluator::{Case, EvaluateError};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::{Accumulation, GoodnessOfFit};
+use ending::Basin;
 pub use objective::DIFFERENCE;
 use objective::Objective;
 use record::Record;
-use std::ops::{ControlFlow, Range};
+use round::Kind;
+use std::future::Future;
+use std::ops::ControlFlow;
+use std::pin::Pin;
+use together::{Queue, run};
 
 /// Searches at most.
-const SEARCHES: u64 = 8;
+const SEARCHES: usize = 8;
+/// Kinds of the first searches; those that follow are of the kind that found the lowest score.
+const FIRST: [Kind; 2] = [Kind::Direct, Kind::Homotopy];
 /// Two searches agree if their scores differ by no more than this share of the lower one, or of [`FLOOR`]: ten times the remaining error of
 /// descents.
 const AGREEMENT: f64 = 3e-4;
@@ -64,8 +72,8 @@ impl Ground {
         Ok(Some(Ground { smooth, exact }))
     }
 
-    fn exact(&self) -> &Lanes {
-        self.exact.as_ref().unwrap_or(&self.smooth)
+    fn lanes(&self, exact: bool) -> &Lanes {
+        self.exact.as_ref().filter(|_| exact).unwrap_or(&self.smooth)
     }
 }
 
@@ -82,23 +90,39 @@ struct Search<'a> {
     smooth: Objective<'a>,
     exact: Objective<'a>,
     record: Record<'a>,
+    /// Basins that searches finished.
+    basins: Vec<Basin>,
 }
 
-/// Calibrates the variant of a ground on some of its cases.
+/// Calibrates the variant of a ground on some of its cases, several searches side by side; `tell` also receives the place of the search.
 pub(super) fn search(
     ground: &Ground,
-    cases: Range<usize>,
-    space: &SearchSpace,
+    tasks: &[&Task<'_>],
     settings: &Calibration,
-    number: u64,
+    tell: &(dyn Fn(usize, Progress) -> ControlFlow<()> + Sync),
+) -> Result<Vec<Ended>, CalibrateError> {
+    let queue = Queue::default();
+    let tells: Vec<_> = (0..tasks.len()).map(|i| move |told: Progress| tell(i, told)).collect();
+    let search = |(task, tell)| Box::pin(one(ground, &queue, task, settings, tell)) as Pin<Box<dyn Future<Output = _>>>;
+    let searches = tasks.iter().copied().zip(tells.iter().map(|tell| tell as &(dyn Fn(_) -> _ + Sync))).map(search);
+    run(ground, &queue, searches.collect())?.into_iter().collect()
+}
+
+/// One search.
+async fn one(
+    ground: &Ground,
+    queue: &Queue,
+    Task { space, cases, number }: &Task<'_>,
+    settings: &Calibration,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Result<Ended, CalibrateError> {
     let mut search = Search {
-        smooth: Objective::new(&ground.smooth, cases.clone(), space),
-        exact: Objective::new(ground.exact(), cases, space),
-        record: Record::new(settings, number, progress),
+        smooth: Objective::new(ground, queue, false, cases.clone(), space),
+        exact: Objective::new(ground, queue, true, cases.clone(), space),
+        record: Record::new(settings, *number, progress),
+        basins: Vec::new(),
     };
-    let settled = search.is_settled()?;
+    let settled = search.is_settled().await?;
     let Search { exact, record: Record { evaluations, convergence, near, best, stopped, .. }, .. } = search;
     let open = best.is_none() || stopped.is_none() && !settled;
     let stop = stopped.unwrap_or(if settled { StopReason::Converged } else { StopReason::Evaluations });
@@ -106,25 +130,29 @@ pub(super) fn search(
         Some((place, score)) => (exact.candidate(&place), score),
         None => (Vec::new(), f64::INFINITY),
     };
-    let replicate = Replicate { number, candidate, score, evaluations, stop, convergence, near };
+    let replicate = Replicate { number: *number, candidate, score, evaluations, stop, convergence, near };
     Ok(if open { Ended::Open(replicate) } else { Ended::Found(replicate) })
 }
 
 impl Search<'_> {
     /// Searches until enough agree; true if they do.
-    fn is_settled(&mut self) -> Result<bool, CalibrateError> {
-        let mut found = Vec::new();
+    async fn is_settled(&mut self) -> Result<bool, CalibrateError> {
+        let (mut found, mut kinds) = (Vec::<f64>::new(), Vec::<Kind>::new());
         for round in 0..SEARCHES {
-            found.push(self.round(round)?);
+            let best = (0..found.len()).min_by(|a, b| found[*a].total_cmp(&found[*b]));
+            let kind = FIRST.get(round).copied().or(best.map(|best| kinds[best])).expect("the first are given");
+            kinds.push(kind);
+            found.push(self.round(round as u64, kind).await?);
             if self.record.stopped.is_some() {
                 return Ok(false);
             }
             if agree(&found) {
-                self.look_around()?;
-                return Ok(true);
+                break;
             }
         }
-        Ok(false)
+        self.polish().await?;
+        self.look_around().await?;
+        Ok(agree(&found))
     }
 
     fn keep(&mut self, place: Vec<f64>, score: f64) {

@@ -1,23 +1,25 @@
 //! Objective of a search by derivatives, in coordinates from 0 to 1.
 
-use super::descent::Surface;
+use super::Ground;
+use super::descent::Shared;
+use super::together::{How, Queue};
 use crate::calibrate::SearchSpace;
-use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Population, Pull, Score, Slopes};
+use crate::evaluator::{Case, EvaluateError, Evaluator, Pull, Score, Slopes};
 use crate::lanes::{Differences, Lanes};
 use crate::optimize::SearchBox;
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 use nalgebra::{DMatrix, DVector};
-use rayon::prelude::*;
 use std::ops::Range;
 
 /// Finite difference in a coordinate, a share of its range: far above the rounding of f64, far below the scale of curvature.
 pub const DIFFERENCE: f64 = 1e-6;
 
 /// The mean score of a variant over some cases.
-#[derive(Debug, Clone)]
 pub struct Objective<'a> {
     lanes: &'a Lanes,
+    queue: &'a Queue,
+    exact: bool,
     cases: Range<usize>,
     space: &'a SearchSpace,
     free: Vec<usize>,
@@ -25,8 +27,15 @@ pub struct Objective<'a> {
 }
 
 impl<'a> Objective<'a> {
-    pub fn new(lanes: &'a Lanes, cases: Range<usize>, space: &'a SearchSpace) -> Objective<'a> {
-        Objective { lanes, cases, space, free: space.free(), bounds: space.search_box(true) }
+    pub fn new(
+        ground: &'a Ground,
+        queue: &'a Queue,
+        exact: bool,
+        cases: Range<usize>,
+        space: &'a SearchSpace,
+    ) -> Objective<'a> {
+        let (lanes, free, bounds) = (ground.lanes(exact), space.free(), space.search_box(true));
+        Objective { lanes, queue, exact, cases, space, free, bounds }
     }
 
     /// The cases of the mean.
@@ -58,35 +67,24 @@ impl<'a> Objective<'a> {
         Some((at, (value - lower) / (upper - lower)))
     }
 
-    fn population<'p>(&self, places: impl Iterator<Item = &'p Vec<f64>>) -> Population {
-        let mut population = Population::new(&self.space.symbols);
-        places.for_each(|place| population.push(&self.candidate(place)));
-        population
-    }
-
-    /// The same on every case, in their order.
-    fn on_cases<R: Send>(
-        &self,
-        population: &Population,
-        of: impl Fn(&Job<'_>) -> Result<R, EvaluateError> + Sync,
-    ) -> Result<Vec<R>, EvaluateError> {
-        self.cases.clone().into_par_iter().map(|case| of(&Job { case, population })).collect()
+    fn how(&self, pull: Pull) -> How {
+        How { exact: self.exact, cases: self.cases.clone(), pull }
     }
 
     /// Scores of points, and the mean of their squared shortfalls over the cases \[m²\].
-    pub fn scores(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<(Score, f64)>, EvaluateError> {
-        let population = self.population(places.iter());
-        let by_case = self.on_cases(&population, |job| self.lanes.pulled(job, pull))?;
+    pub async fn scores(&self, places: &[Vec<f64>], pull: Pull) -> Vec<(Score, f64)> {
+        let candidates = places.iter().map(|place| self.candidate(place)).collect();
+        let by_case = self.queue.scores(&self.how(pull), &self.space.symbols, candidates).await;
         let samples: Vec<usize> = self.cases().iter().map(|case| case.s.len()).collect();
         let mean = |i: usize| {
             let shortfall = by_case.iter().map(|scores| scores[i].1).sum::<f64>() / by_case.len() as f64;
             (Score::joint(by_case.iter().zip(&samples).map(|(scores, samples)| (scores[i].0, *samples))), shortfall)
         };
-        Ok((0..places.len()).map(mean).collect())
+        (0..places.len()).map(mean).collect()
     }
 }
 
-impl Surface for Objective<'_> {
+impl Shared for Objective<'_> {
     type Error = EvaluateError;
 
     fn dimensions(&self) -> usize {
@@ -94,31 +92,30 @@ impl Surface for Objective<'_> {
     }
 
     /// Scores and the cost of shortfalls.
-    fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, EvaluateError> {
+    async fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, EvaluateError> {
         let price = pull.soft.map_or(0.0, |soft| soft.price);
         let cost = |(score, shortfall): (Score, f64)| match score {
             Score::Value(value) if value.is_finite() => value + price * shortfall,
             _ => f64::INFINITY,
         };
-        Ok(self.scores(places, pull)?.into_iter().map(cost).collect())
+        Ok(self.scores(places, pull).await.into_iter().map(cost).collect())
     }
 
-    fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, EvaluateError> {
+    async fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, EvaluateError> {
         let n = self.dimensions();
         let moved: Vec<usize> = (0..n).filter(|i| !held.contains(i)).collect();
         let (mut all, mut differences) = (Vec::new(), Vec::new());
         for place in places {
             let step = |i: &usize| if place[*i] + DIFFERENCE > 1.0 { -DIFFERENCE } else { DIFFERENCE };
             differences.push(Differences { first: all.len(), steps: moved.iter().map(step).collect() });
-            all.push((*place).clone());
+            all.push(self.candidate(place));
             for i in &moved {
                 let mut place = (*place).clone();
                 place[*i] += step(i);
-                all.push(place);
+                all.push(self.candidate(&place));
             }
         }
-        let population = self.population(all.iter());
-        let by_case = self.on_cases(&population, |job| self.lanes.slopes(job, &differences, pull))?;
+        let by_case = self.queue.slopes(&self.how(pull), &self.space.symbols, all, differences).await;
         let share = 1.0 / by_case.len() as f64;
         let whole = |k: usize| {
             let mut sum = Slopes {

@@ -1,8 +1,9 @@
 //! One search: from random points down into the basins that it finds.
 
 use super::Search;
-use super::descent::{Course, Surface, Walker, Watch, descend, turn};
+use super::descent::{Course, Shared, Walker, Watch, descend_on, turn};
 use super::ending::pulled;
+use super::record::Record;
 use crate::calibrate::CalibrateError;
 use crate::evaluator::Pull;
 use crate::optimize::stream;
@@ -37,29 +38,54 @@ const BEHIND: [f64; 2] = [1.5, 1.25];
 /// less than the second share.
 const MET: [f64; 2] = [3e-3, 1e-6];
 
+/// How points descend.
+#[derive(Debug, Clone, Copy)]
+pub enum Kind {
+    /// Without a pull.
+    Direct,
+    /// Under a pull that fades.
+    Homotopy,
+}
+
+/// Ends points that have met a better one.
+struct Merging<'r, 'a>(&'r mut Record<'a>);
+
+impl Watch for Merging<'_, '_> {
+    fn spend(&mut self, simulations: usize) -> bool {
+        self.0.spend(simulations)
+    }
+
+    fn turned(&self, walkers: &mut Vec<Walker>) {
+        *walkers = merged(std::mem::take(walkers));
+    }
+}
+
 impl Search<'_> {
     /// The lowest exact score of one search; infinite if it is stopped or finds nothing.
-    pub(super) fn round(&mut self, round: u64) -> Result<f64, CalibrateError> {
+    pub(super) async fn round(&mut self, round: u64, kind: Kind) -> Result<f64, CalibrateError> {
         let settings = self.record.settings;
         let mut rng = stream(settings.seed, self.record.number, round, 0);
         let n = self.smooth.dimensions();
         let screened = SCREENED.min((SCREENING * settings.stop.max_evaluations as f64) as usize);
         let places: Vec<Vec<f64>> = (0..screened).map(|_| (0..n).map(|_| rng.random()).collect()).collect();
-        let walkers = if round.is_multiple_of(2) { self.directly(&places)? } else { self.homotopy(&places)? };
-        self.finish(merged(walkers), FINAL)
+        let walkers = match kind {
+            Kind::Direct => self.directly(&places).await?,
+            Kind::Homotopy => self.homotopy(&places).await?,
+        };
+        self.finish(merged(walkers), FINAL).await
     }
 
     /// Without a pull: enough for most surfaces, and the first result of every search.
-    fn directly(&mut self, places: &[Vec<f64>]) -> Result<Vec<Walker>, CalibrateError> {
+    async fn directly(&mut self, places: &[Vec<f64>]) -> Result<Vec<Walker>, CalibrateError> {
         let pull = pulled(0.0);
-        let mut starts = self.best_starts(places, pull, STARTS)?;
+        let mut starts = self.best_starts(places, pull, STARTS).await?;
         if self.record.best.is_none() && self.record.stopped.is_none() {
-            self.score_exactly(&starts)?;
+            self.score_exactly(&starts).await?;
         }
         let mut walkers = Vec::new();
         for (turns, kept) in DIRECT {
             let course = Course { pull, turns, tolerance: ROUGH };
-            let next = merged(descend(&self.smooth, starts, &[], course, &mut self.record)?);
+            let next = merged(descend_on(&self.smooth, starts, &[], course, &mut Merging(&mut self.record)).await?);
             if next.is_empty() {
                 break;
             }
@@ -71,27 +97,32 @@ impl Search<'_> {
     }
 
     /// Under a pull that fades.
-    fn homotopy(&mut self, places: &[Vec<f64>]) -> Result<Vec<Walker>, CalibrateError> {
-        let mut starts = self.best_starts(places, pulled(LEVELS[0]), PULLED)?;
+    async fn homotopy(&mut self, places: &[Vec<f64>]) -> Result<Vec<Walker>, CalibrateError> {
+        let mut starts = self.best_starts(places, pulled(LEVELS[0]), PULLED).await?;
         for share in LEVELS {
             let course = Course { pull: pulled(share), turns: TURNS, tolerance: ROUGH };
-            let walkers = merged(descend(&self.smooth, starts, &[], course, &mut self.record)?);
+            let walkers = merged(descend_on(&self.smooth, starts, &[], course, &mut Merging(&mut self.record)).await?);
             let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(walkers) };
             let weak = usize::from(share <= WEAK);
             let near = walkers.into_iter().filter(|walker| walker.cost <= best * BEHIND[weak]);
             starts = near.map(|walker| walker.place).collect();
         }
         let course = Course { pull: pulled(0.0), turns: FREE_TURNS, tolerance: ROUGH };
-        Ok(descend(&self.smooth, starts, &[], course, &mut self.record)?)
+        Ok(descend_on(&self.smooth, starts, &[], course, &mut Merging(&mut self.record)).await?)
     }
 
     /// The best distinct points, at most this many and as many as there are evaluations to improve them for some iterations; none if there are
     /// too few.
-    fn best_starts(&mut self, places: &[Vec<f64>], pull: Pull, most: usize) -> Result<Vec<Vec<f64>>, CalibrateError> {
+    async fn best_starts(
+        &mut self,
+        places: &[Vec<f64>],
+        pull: Pull,
+        most: usize,
+    ) -> Result<Vec<Vec<f64>>, CalibrateError> {
         if !self.record.spend(places.len()) {
             return Ok(Vec::new());
         }
-        let costs = self.smooth.costs(places, pull)?;
+        let costs = self.smooth.costs(places, pull).await?;
         let left = self.record.settings.stop.max_evaluations.saturating_sub(self.record.evaluations) as usize;
         let affordable = (left / (SOME_TURNS * turn(self.smooth.dimensions()))).clamp(1, most);
         Ok(best_apart(places, &costs, affordable))
@@ -121,14 +152,16 @@ fn merged(mut walkers: Vec<Walker>) -> Vec<Walker> {
     walkers.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut kept: Vec<Walker> = Vec::new();
     for walker in walkers {
-        let met = |other: &Walker| {
-            let behind = walker.cost - other.cost;
-            let farthest = walker.place.iter().zip(&other.place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-            behind <= MET[0] * other.cost && farthest < APART || behind <= MET[1] * other.cost
-        };
-        if !kept.iter().any(met) {
+        if !kept.iter().any(|other| has_met(&walker, other)) {
             kept.push(walker);
         }
     }
     kept
+}
+
+/// True if a point has met one that is no worse.
+pub fn has_met(walker: &Walker, other: &Walker) -> bool {
+    let behind = walker.cost - other.cost;
+    let farthest = walker.place.iter().zip(&other.place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+    behind <= MET[0] * other.cost && farthest < APART || behind <= MET[1] * other.cost
 }

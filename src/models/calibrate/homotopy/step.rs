@@ -43,7 +43,8 @@ pub fn lowest(gradient: &DVector<f64>, curvature: &DMatrix<f64>, lower: &[f64], 
     step
 }
 
-/// Values of the free coordinates at the minimum, given the others; 0 for one whose curvature follows, but for rounding, from those before.
+/// Values of the free coordinates at the minimum, given the others; 0 for one whose curvature follows, but for rounding, from those before,
+/// where nalgebra gives no factor.
 fn solve(gradient: &DVector<f64>, curvature: &DMatrix<f64>, step: &DVector<f64>, free: &[usize]) -> Vec<f64> {
     let m = free.len();
     let held =

@@ -2,7 +2,7 @@
 
 use super::code::{Row, Step};
 use super::error::LanesError;
-use super::flat::{Flat, Id, Op};
+use super::flat::{Binary, Flat, Id, Op};
 use super::flatten::{check_all, flatten};
 use super::schedule::{Rows, schedule};
 use crate::extension::Initial;
@@ -76,6 +76,8 @@ pub struct StepCode {
     pub a: Row,
     /// `None` if every step is feasible.
     pub feasible: Option<Row>,
+    /// If a step is feasible where a number reaches a literal: the number.
+    pub reaching: Option<Row>,
 }
 
 /// Largest number of operations of a model: each may need a row for the whole run and a temporary one, and row numbers have 16 bits.
@@ -196,14 +198,19 @@ impl Model {
             let mut targets: Vec<(Id, Option<Row>)> =
                 names.iter().zip(&homes[1 - from]).map(|((_, after), row)| (output(after), Some(*row))).collect();
             let feasible = output("feasible");
+            let reaching = match step.ops.get(feasible) {
+                Op::Binary(Binary::LessEqual, least, number) if step.ops.literal(least).is_some() => Some(number),
+                _ => None,
+            };
             targets.extend([(output("a_free"), None), (output("a"), None), (feasible, None)]);
+            targets.extend(reaching.map(|number| (number, None)));
             let scheduled = schedule(&step.ops, &shared, &bound, &targets, &mut rows);
             busy.extend(scheduled.steps.iter().flat_map(|s| s.from.iter().chain(&s.to).copied()));
-            let [a_free, a, feasible_row] = scheduled.wanted[names.len()..] else {
-                unreachable!("three were asked for")
+            let [a_free, a, feasible_row, ref number @ ..] = scheduled.wanted[names.len()..] else {
+                unreachable!("at least three were asked for")
             };
             let feasible = (step.ops.literal(feasible) != Some(1.0)).then_some(feasible_row);
-            StepCode { code: scheduled.steps, a_free, a, feasible }
+            StepCode { code: scheduled.steps, a_free, a, feasible, reaching: number.first().copied() }
         });
         busy.sort_unstable();
         busy.dedup();

@@ -101,6 +101,14 @@ pub fn shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], 
     }
 }
 
+/// Adds the shortfall of values below `least`, in the lanes that continued.
+#[inline(always)]
+pub fn add_shortfalls<T: Real, const L: usize>(y: &[T; L], least: T, went: &[T; L], to: &mut [T; L]) {
+    for i in 0..L {
+        to[i] = to[i] + select_unpredictable(went[i] != T::ZERO, (least - y[i]).larger(T::ZERO), T::ZERO);
+    }
+}
+
 /// Adds the cut part of an acceleration, in the lanes that continued.
 #[inline(always)]
 pub fn add_cuts<T: Real, const L: usize>(a: &[T; L], a_free: &[T; L], went: &[T; L], to: &mut [T; L]) {
@@ -202,7 +210,7 @@ pub fn leader<T: Real, const L: usize>(old: T, new: T, fraction: &[T; L], to: &m
     }
 }
 
-/// Lanes that look up their past together: each delay between their smallest and largest is tried for each of them.
+/// Lanes that look up their past together: each of their delays is tried for each of them.
 pub const CHUNK: usize = 16;
 
 /// Spacing, speed and the speed ahead in the lanes of a chunk with this delay, between two samples: each `old`, `new`.

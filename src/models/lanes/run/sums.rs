@@ -60,6 +60,8 @@ pub struct Settings {
     pub goes_on: bool,
     /// Continuation of runs beyond a collision, if they continue.
     pub soft: Option<Soft>,
+    /// True if such runs also pay where Gipps' radicand falls below the least value \[m²/s²\].
+    pub reaches: bool,
 }
 
 /// The lanes that completed a step.

@@ -94,8 +94,8 @@ pub struct Workspace<T, const L: usize> {
     back: [usize; L],
     /// `back` as a number, to compare whole rows.
     back_row: Lane<T, L>,
-    /// The nearest and the farthest of each chunk.
-    backs: Vec<[usize; 2]>,
+    /// The delays of each chunk, each once.
+    backs: Vec<Vec<usize>>,
     fraction: Lane<T, L>,
     first: [usize; L],
     /// 1 while a lane runs.
@@ -123,7 +123,7 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             ring: vec![[Lane::ZERO; 2]; (longest + 2).next_power_of_two()],
             back: [0; L],
             back_row: Lane::ZERO,
-            backs: vec![[0; 2]; L / rows::CHUNK],
+            backs: vec![Vec::new(); L / rows::CHUNK],
             fraction: Lane::ZERO,
             first: [0; L],
             alive: Lane::ZERO,
@@ -192,7 +192,10 @@ impl<T: Real, const L: usize> Workspace<T, L> {
             self.status[lane] = if finite { 0 } else { failed };
         }
         for (backs, of_chunk) in self.backs.iter_mut().zip(self.back.chunks(rows::CHUNK)) {
-            *backs = [*of_chunk.iter().min().unwrap_or(&0), *of_chunk.iter().max().unwrap_or(&0)];
+            backs.clear();
+            backs.extend(of_chunk);
+            backs.sort_unstable();
+            backs.dedup();
         }
     }
 }
@@ -283,6 +286,9 @@ pub fn run<T: Real, const L: usize>(
             if let Some(soft) = settings.soft {
                 let shortfall = &mut w.sums.weighted[3].0;
                 rows::shortfalls(rows[0], T::of(soft.least), &w.went.0, shortfall);
+                if let Some(number) = step.reaching.filter(|_| settings.reaches) {
+                    rows::add_shortfalls(w.registers.row(number), T::of(soft.least), &w.went.0, shortfall);
+                }
                 if stream.rejects && step.a != step.a_free {
                     let (a, a_free) = (w.registers.row(step.a), w.registers.row(step.a_free));
                     rows::add_cuts(a, a_free, &w.went.0, shortfall);
@@ -414,11 +420,10 @@ fn perceive<T: Real, const L: usize>(
         rows::leader(stream.v_l[older], stream.v_l[younger], &w.fraction.0, w.registers.row_mut(to[2]));
         return;
     }
-    // Candidates are sorted by delay: those of a chunk rarely have more than two delays.
-    for (k, [nearest, farthest]) in w.backs.iter().enumerate() {
+    for (k, backs_of_chunk) in w.backs.iter().enumerate() {
         let mut perceived = [[T::ZERO; rows::CHUNK]; 3];
         let (fraction, backs) = (rows::chunk(&w.fraction.0, k), rows::chunk(&w.back_row.0, k));
-        for back in *nearest..=*farthest {
+        for &back in backs_of_chunk {
             let [older, younger] = samples(back);
             let past = |signal: usize| [older, younger].map(|at| rows::chunk(&w.ring[at & mask][signal].0, k));
             let ahead = [stream.v_l[older], stream.v_l[younger]];
