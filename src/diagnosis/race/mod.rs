@@ -423,8 +423,8 @@ fn round(
     let rivals: Vec<Rows> = laws.iter().map(|(_, rows)| rows.clone()).collect();
     let found = table(&reference, &models, &left, &rivals, &answer.resamples, policy);
     let first = answer.entries.len();
-    let named = named(&entered, &found, policy, first);
-    let causes = [request.named, named.as_ref().map_or(&[], |named| &named.causes)].concat();
+    let called = |recommended: &[&'static Extension]| named(&entered, &found, policy, recommended, first);
+    let causes = [request.named, &called(&[]).map_or(Vec::new(), |named| named.causes)].concat();
     let asked: Vec<Vec<Check>> = entered
         .iter()
         .zip(&found.rows)
@@ -435,7 +435,7 @@ fn round(
     }
     if is_first {
         answer.set = set(&entered, &found, laws);
-        answer.power = power(&entered, &found, answer.tried.bins, policy).filter(|_| named.is_none());
+        answer.power = power(&entered, &found, answer.tried.bins, policy).filter(|_| called(&[]).is_none());
     }
     // The next round tests whether a further cause is worth its parameters. Among equally simple models, take the largest gain for a user.
     let passing: Vec<usize> = (0..entered.len()).filter(|&k| asked[k].iter().all(|check| check.met)).collect();
@@ -444,6 +444,7 @@ fn round(
     let gain = |k: usize| -found.rows[k].gains[HORIZONS - 1].share;
     let best = passing.into_iter().zip(is_best).filter(|(_, is_best)| *is_best).map(|(k, _)| k);
     let best = best.min_by(|&a, &b| simplest(&entered, a, b, &gain));
+    let named = called(best.map_or(&[], |k| entered[k].added(own)));
     match (&mut answer.named, named) {
         // The larger model has the parameters of all causes.
         (Some(so_far), Some(more)) => {
@@ -487,8 +488,15 @@ fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec<Str
 }
 
 /// The families common to all models with causes that cannot be distinguished from the best at a horizon, provided that the reference can
-/// be distinguished; of these, as many as a model has that beats the reference by more than chance.
-fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Option<Named> {
+/// be distinguished; of these, as many as a model has that beats the reference by more than chance. The named causes are those of such a
+/// model, with the recommended causes if possible.
+fn named(
+    entered: &[Entry],
+    table: &Table,
+    policy: &Policy,
+    recommended: &[&'static Extension],
+    first: usize,
+) -> Option<Named> {
     // A cause of size zero does not change the model.
     let counts = |k: usize, cause: &'static Extension, horizons: &[usize]| {
         horizons.iter().any(|&horizon| entered[k].has_size(cause, horizon, policy.none))
@@ -516,7 +524,9 @@ fn named(entered: &[Entry], table: &Table, policy: &Policy, first: usize) -> Opt
     };
     let count = |k: usize| families.iter().filter(|family| has(k, family, &[OF_A_NAME])).count();
     let evidence = |k: usize| -table.rows[k].t;
-    let order = |a: usize, b: usize| count(b).cmp(&count(a)).then(simplest(entered, a, b, &evidence));
+    let is_recommended = |k: usize| recommended.iter().all(|cause| entered[k].causes.contains(cause));
+    let most = |a: usize, b: usize| (count(b), is_recommended(b)).cmp(&(count(a), is_recommended(a)));
+    let order = |a: usize, b: usize| most(a, b).then(simplest(entered, a, b, &evidence));
     let best = (0..entered.len()).filter(|&k| count(k) > 0 && gains(k)).min_by(|&a, &b| order(a, b))?;
     let row = &table.rows[best];
     let is_named = |cause: &&'static Extension| families.contains(&cause.family()) && counts(best, cause, &[OF_A_NAME]);
