@@ -300,15 +300,10 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
         let passing = answer.tried.trials.iter().filter(|trial| trial.passes);
         outcome.passing = passing.map(|trial| (trial.causes.clone(), trial.probability)).collect();
         outcome.recommended = Some(answer.recommended().iter().map(|cause| cause.name.clone()).collect());
-        let families: Vec<&str> = likely.iter().map(|cause| cause.family()).collect();
-        if let Some(named) = answer.named.and_then(|named| named.without(&families)) {
-            if likely.is_empty() {
-                outcome.adopted.clear();
-                outcome.confounded_with.clear();
-            }
-            outcome.adopted.extend(named.causes.iter().map(|cause| cause.name.clone()));
-            outcome.confounded_with.extend(named.rivals.iter().map(|(_, rival)| rival.name.clone()));
-            outcome.verdict = if outcome.confounded_with.is_empty() { "named" } else { "ambiguous" }.to_owned();
+        if let Some(named) = answer.named.filter(|_| likely.is_empty()) {
+            outcome.adopted = named.causes.iter().map(|cause| cause.name.clone()).collect();
+            outcome.confounded_with = named.rivals.iter().map(|(_, rival)| rival.name.clone()).collect();
+            outcome.verdict = if named.rivals.is_empty() { "named" } else { "ambiguous" }.to_owned();
         }
     }
     if ["one", "pair"].contains(&task.kind.as_str()) {

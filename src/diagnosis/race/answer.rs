@@ -122,7 +122,7 @@ fn of_car(entry: &Entry) -> Vec<usize> {
     (0..entry.model.symbols.len()).filter(|&k| !is_lead(entry.model.symbols[k])).collect()
 }
 
-/// Adds the answer of the race to a diagnosis: causes that it names stand after those that the likelihood names. If the base cannot be
+/// Adds the answer of the race to a diagnosis. Names from the likelihood take precedence over those of the race. If the base cannot be
 /// trusted, the reason becomes a note.
 pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     outcome.base_notes = notes(answer);
@@ -132,9 +132,8 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
         outcome.reason = "the base model is unsuitable for finding causes; see the notes on it".to_owned();
     }
     let is_named = |outcome: &Outcome| matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous);
-    let families: Vec<&str> = outcome.causes.iter().map(|cause| cause.family.as_str()).collect();
-    if let Some(named) = answer.named.as_ref().and_then(|named| named.without(&families)) {
-        add_names(outcome, answer, &named);
+    if let Some(named) = answer.named.as_ref().filter(|_| !is_named(outcome)) {
+        add_names(outcome, answer, named);
     }
     // A cause that the race judges is not absorbed by a calibration.
     let is_judged = |name: &String| answer.tried.trials.iter().any(|trial| trial.causes.contains(name));
@@ -149,22 +148,21 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     outcome.simulations += answer.simulations;
 }
 
-/// Adds causes that the race names.
+/// Gives an outcome the names of the race.
 fn add_names(outcome: &mut Outcome, answer: &Answer, named: &Named) {
     let entry = &answer.entries[named.entry];
-    let reason = format!(
-        "{:.1} standard errors better than the base on left-out data, probability by chance {}",
-        named.evidence[0],
-        at_most(named.evidence[1])
-    );
-    outcome.reason = if outcome.causes.is_empty() { reason } else { format!("{}; {reason}", outcome.reason) };
-    outcome.causes.extend(named.causes.iter().map(|cause| cause_entry(entry, named, cause, None)));
+    outcome.causes = named.causes.iter().map(|cause| cause_entry(entry, named, cause, None)).collect();
     let rivals = named.rivals.iter().filter_map(|(of, rival)| {
         let holds = |entry: &&Entry| entry.causes.contains(rival);
         Some(cause_entry(answer.entries.iter().find(holds)?, named, rival, Some(of)))
     });
-    outcome.confounded_with.extend(rivals);
-    outcome.verdict = if outcome.confounded_with.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
+    outcome.confounded_with = rivals.collect();
+    outcome.verdict = if named.rivals.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
+    outcome.reason = format!(
+        "{:.1} standard errors better than the base on left-out data, probability by chance {}",
+        named.evidence[0],
+        at_most(named.evidence[1])
+    );
 }
 
 fn at_most(p: f64) -> String {

@@ -87,7 +87,7 @@ pub struct Request<'a> {
     pub base: Variant,
     /// Extensions in the race.
     pub causes: &'a [&'static Extension],
-    /// Causes with a name from the likelihood: a recommended model may have members of their families.
+    /// Causes that the likelihood names; a recommended model has only members of their families. Without any, those of the race count.
     pub named: &'a [&'static Extension],
     /// Bounds of parameters by name; they replace those of a diagnosis.
     pub bounds: &'a Overrides,
@@ -133,17 +133,6 @@ pub struct Answer {
     pub simulations: u64,
     field: Field,
     resamples: Resamples,
-}
-
-impl Named {
-    /// Without the causes of these families; `None` if no cause remains.
-    #[must_use]
-    pub fn without(&self, families: &[&str]) -> Option<Named> {
-        let is_new = |cause: &&'static Extension| !families.contains(&cause.family());
-        let causes: Vec<&'static Extension> = self.causes.iter().copied().filter(is_new).collect();
-        let rivals = self.rivals.iter().copied().filter(|(of, _)| is_new(of)).collect();
-        (!causes.is_empty()).then(|| Named { causes, rivals, ..self.clone() })
-    }
 }
 
 impl Answer {
@@ -424,7 +413,11 @@ fn round(
     let found = table(&reference, &models, &left, &rivals, &answer.resamples, policy);
     let first = answer.entries.len();
     let called = |recommended: &[&'static Extension]| named(&entered, &found, policy, recommended, first);
-    let causes = [request.named, &called(&[]).map_or(Vec::new(), |named| named.causes)].concat();
+    let of_race = called(&[]);
+    let causes = match &of_race {
+        Some(named) if request.named.is_empty() => &named.causes,
+        _ => request.named,
+    };
     let asked: Vec<Vec<Check>> = entered
         .iter()
         .zip(&found.rows)
@@ -435,7 +428,7 @@ fn round(
     }
     if is_first {
         answer.set = set(&entered, &found, laws);
-        answer.power = power(&entered, &found, answer.tried.bins, policy).filter(|_| called(&[]).is_none());
+        answer.power = power(&entered, &found, answer.tried.bins, policy).filter(|_| of_race.is_none());
     }
     // The next round tests whether a further cause is worth its parameters. Among equally simple models, take the largest gain for a user.
     let passing: Vec<usize> = (0..entered.len()).filter(|&k| asked[k].iter().all(|check| check.met)).collect();
