@@ -20,6 +20,7 @@ use std::path::Path;
 pub struct Fit {
     result: ResultFile,
     variant: CalibratedVariant,
+    warnings: Vec<String>,
 }
 
 /// A run of a calibrated model on a drive.
@@ -46,7 +47,18 @@ pub struct Simulation {
 impl Fit {
     pub(super) fn of(result: ResultFile) -> anyhow::Result<Fit> {
         let variant = result.calibrated_variant()?;
-        Ok(Fit { result, variant })
+        Ok(Fit { result, variant, warnings: Vec::new() })
+    }
+
+    pub(super) fn with_warning(mut self, told: Option<String>) -> Fit {
+        self.warnings.extend(told);
+        self
+    }
+
+    /// What a calibration could not add to its result, one line each; empty for a fit that was read.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Reads a `result.json` that a calibration wrote.

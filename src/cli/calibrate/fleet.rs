@@ -82,7 +82,7 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
     let of_files =
         |files: &[PathBuf]| Pairs::of_files(&reading, files, args.follower.as_deref(), needing, &interrupt::asked);
     let mut pairs = of_files(files)?;
-    pairs.left_out.iter().chain(&pairs.doubtful()).chain(&pairs.repeated()).for_each(|text| warn(text));
+    pairs.besides().iter().chain(&pairs.doubtful()).for_each(|text| warn(text));
     let held = match HeldBack::of(&args.holdout, files)? {
         None => None,
         Some(HeldBack::Share(share)) => {

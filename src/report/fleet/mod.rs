@@ -113,7 +113,7 @@ impl FleetFile {
             pairs: pairs.len(),
             doubtful: pairs
                 .iter()
-                .map(|pair| (pair.place(), pair.doubts()))
+                .map(|pair| (pair.place(), pair.doubts(&settings.measures)))
                 .filter(|(_, kinds)| !kinds.is_empty())
                 .collect(),
             reasons,
