@@ -119,6 +119,15 @@ impl Pairs {
         self.pairs.is_empty()
     }
 
+    /// Refuses pairs of which none can be used, with the reason of the first.
+    #[cfg(feature = "cli")]
+    pub(crate) fn check(&self) -> anyhow::Result<()> {
+        if self.pairs.iter().any(|pair| pair.drive.is_ok()) {
+            return Ok(());
+        }
+        Err(self.none_usable(self.pairs.first().and_then(|pair| Some((pair.place(), pair.drive.as_ref().err()?.clone())))))
+    }
+
     /// The error if no pair can be used; `first` is the place of the first pair and the reason.
     pub(crate) fn none_usable(&self, first: Option<(String, String)>) -> anyhow::Error {
         let reason = match (self.len(), first) {

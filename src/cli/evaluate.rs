@@ -3,6 +3,7 @@
 use super::data::columns_help;
 use super::evaluator::EvaluatorArgs;
 use super::progress::Bar;
+use super::simulate::beside;
 use super::{evaluator, fleet_row, interrupt, output};
 use crate::api::bounds::read_bounds;
 use crate::api::reading::{column_map, read_grade};
@@ -15,6 +16,7 @@ use crate::score::GoodnessOfFit;
 use crate::select::Work;
 use crate::symbols::Symbol;
 use crate::trajectory::Preparation;
+use crate::vehicle;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use indicatif::HumanDuration;
@@ -57,6 +59,9 @@ pub struct Args {
     /// Show all changes to the data, not only the first ten
     #[arg(long)]
     verbose: bool,
+    /// The follower: a built-in vehicle or FILE#NAME [default: that of the fleet, else by its name in the file]
+    #[arg(long, value_name = "NAME|FILE#NAME")]
+    vehicle: Option<String>,
     /// Add a column with NRMSE(s,v,a) in f64
     #[arg(long)]
     rescore: bool,
@@ -105,6 +110,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let preparation = Preparation { grade, smooth: args.smooth, correct: args.correct, ..Preparation::default() };
     let columns = args.columns.as_deref().map(column_map).transpose()?;
     let mut library = Library::open(args.data.as_deref(), layout, columns, preparation)?;
+    let known = of_fleet.as_ref().and_then(|file| file.vehicle.as_deref().map(|from| beside(from, &cases)));
+    if let Some(vehicle) = args.vehicle.clone().or(known) {
+        // Only some rows may need its curve.
+        let whole = vehicle::find_for(&vehicle, true);
+        library.drive_with(whole.or_else(|_| vehicle::find_for(&vehicle, false))?);
+    }
+    library.expect(of_fleet.as_ref().and_then(|file| file.treatment.clone()));
     for (file, one) in of_fleet.iter().flat_map(|file| file.overview.iter().map(move |one| (file, one))) {
         // A row of another model says that it is unknown.
         if let Ok((variant, delay_upper)) = fleet_row::model(file, &one.model) {

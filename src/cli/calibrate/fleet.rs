@@ -40,10 +40,7 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
         [TABLES.as_slice(), &[folder::FLEET, folder::RUN, JOURNAL]].concat().contains(&name)
     })?;
     let (found, holdout) = read(args, &settings, &inputs)?;
-    if found.pairs.iter().all(|pair| pair.drive.is_err()) {
-        let first = found.pairs.first().and_then(|pair| Some((pair.place(), pair.drive.as_ref().err()?.clone())));
-        return Err(found.none_usable(first));
-    }
+    found.check()?;
     let Pairs { pairs, unreadable, .. } = found;
     output::make_folder(&args.out)?;
     let misfit = |row: &Row| settings.misfit(row, pairs.len());
@@ -63,6 +60,7 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
         .map(|pair| (pair.name.as_str(), pair.drive.as_ref().ok().and_then(|drive| drive.trajectory.driver())));
     let comparison = fleet::compare(&pairs, &settings, &rows)?;
     let file = FleetFile::of(&pairs, &settings, &rows, &comparison, holdout, origin(&args.bounds, names));
+    let file = FleetFile { vehicle: args.data.reading().vehicle, ..file };
     write(&args.out, &file, &pairs, &settings, &rows, &comparison)?;
     output::print(&if args.json { file.to_json() } else { text(&file) })?;
     let seconds = started.elapsed().as_secs_f64();
@@ -89,7 +87,9 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
             Some((Held::Share(share), format!("the last {} % of each drive", 100.0 * share)))
         }
         Some(HeldBack::Files(held)) => {
-            Some((Held::Pairs(of_files(&held)?.pairs), format!("the drives of {}", args.holdout.join(", "))))
+            let held = of_files(&held)?;
+            held.check().map_err(|error| anyhow::anyhow!("--holdout: {error:#}"))?;
+            Some((Held::Pairs(held.pairs), format!("the drives of {}", args.holdout.join(", "))))
         }
     };
     let holdout = match held {

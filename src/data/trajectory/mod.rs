@@ -14,6 +14,7 @@ pub mod savitzky_golay;
 pub mod soundness;
 mod split;
 mod steps;
+mod treatment;
 
 pub use error::{Faults, ImportError, PrepareError};
 pub use grade::Grade;
@@ -22,6 +23,7 @@ pub use inspect::{Inspection, inspect};
 pub use note::Note;
 pub use prepare::{Preparation, Reconcile, Stretch, prepare, prepare_platoon};
 pub use soundness::{Finding, FindingKind};
+pub use treatment::Treatment;
 
 /// Source of data: enough to find the file again and to notice a change.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]

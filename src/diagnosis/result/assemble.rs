@@ -5,7 +5,7 @@ use super::diagnosis::FindingEntry;
 use super::{
     CorrelationEntry, DataEntry, DriveScore, IdentifiabilityEntry, KnowledgeEntry, ReplicateEntry, ResultFile,
 };
-use super::{SCHEMA_VERSION, Scores, Treatment, VehicleEntry};
+use super::{SCHEMA_VERSION, Scores, VehicleEntry};
 use crate::calibrate::{Calibration, Replicate, SearchSpace, best, coefficient_of_variation};
 use crate::catalog::Variant;
 use crate::evaluator::Evaluator;
@@ -17,7 +17,7 @@ use crate::score::{GoodnessOfFit, Measures};
 use crate::statistics::upper_median;
 use crate::symbols::Parameters;
 use crate::symbols::Symbol;
-use crate::trajectory::{Finding, Trajectory};
+use crate::trajectory::{Finding, Trajectory, Treatment};
 use crate::vehicle::Vehicle;
 use indexmap::IndexMap;
 
