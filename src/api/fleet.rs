@@ -125,7 +125,8 @@ impl Pairs {
         if self.pairs.iter().any(|pair| pair.drive.is_ok()) {
             return Ok(());
         }
-        Err(self.none_usable(self.pairs.first().and_then(|pair| Some((pair.place(), pair.drive.as_ref().err()?.clone())))))
+        Err(self
+            .none_usable(self.pairs.first().and_then(|pair| Some((pair.place(), pair.drive.as_ref().err()?.clone())))))
     }
 
     /// The error if no pair can be used; `first` is the place of the first pair and the reason.

@@ -55,11 +55,7 @@ pub fn of_all(folder: &Path) -> anyhow::Result<Vec<(Shown, CalibratedVariant)>> 
 
 /// The fleet, and the calibration of a driver: the one with this id, else the one named after this file, else the only one; with the model that the
 /// fleet has chosen.
-pub fn of_driver(
-    folder: &Path,
-    driver: Option<&str>,
-    drive: &Path,
-) -> anyhow::Result<(FleetFile, CalibratedVariant)> {
+pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::Result<(FleetFile, CalibratedVariant)> {
     let (file, all) = chosen(folder)?;
     let table = folder.join(TABLE);
     let shown = table.display();

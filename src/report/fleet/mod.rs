@@ -95,7 +95,8 @@ impl FleetFile {
                 let first = reason.lines().next().unwrap_or_default();
                 let Pair { file, drive, .. } = &pairs[row.place.pair];
                 let label = drive.as_ref().map_or(file, |drive| &drive.trajectory.label);
-                let told = first.strip_prefix(file.as_str()).or_else(|| first.strip_prefix(label.as_str())).unwrap_or(first);
+                let told =
+                    first.strip_prefix(file.as_str()).or_else(|| first.strip_prefix(label.as_str())).unwrap_or(first);
                 *reasons.entry(kind(told.trim_start_matches([':', ' ']))).or_default() += 1;
             }
         }
