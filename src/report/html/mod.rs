@@ -17,6 +17,9 @@ pub use diagnosis::diagnosis;
 pub use made_by::{MadeBy, RUN_VERSION};
 pub(in crate::internal::report) use table::is_formula;
 
+use crate::trajectory::driver_id;
+use std::path::Path;
+
 const UPLOT_JS: &str = include_str!("../../../assets/uplot/uPlot.iife.min.js");
 const UPLOT_CSS: &str = include_str!("../../../assets/uplot/uPlot.min.css");
 const UPLOT_LICENCE: &str = include_str!("../../../assets/uplot/LICENSE");
@@ -118,6 +121,20 @@ impl Page {
             twin = unscripted(twin),
             charts = unscripted(&charts),
         )
+    }
+}
+
+/// The end of a title: the file and the driver of one drive, or the number of several drives, by their paths and names.
+fn drives<'a>(of: impl ExactSizeIterator<Item = (&'a str, &'a str)>) -> String {
+    let count = of.len();
+    let mut of = of;
+    match (of.next(), count) {
+        (Some((path, name)), 1) => {
+            let file = Path::new(path).file_name().map_or(path.into(), |file| file.to_string_lossy());
+            driver_id(name, None).map_or_else(|| format!(" on {file}"), |id| format!(" on {file}, {id}"))
+        }
+        (Some(_), count) => format!(" on {count} drives"),
+        (None, _) => String::new(),
     }
 }
 
