@@ -56,7 +56,7 @@ fn a_fleet_keeps_its_car_and_the_treatment_of_its_data() {
     }
 }
 
-/// The reason why no drive of the held-back files can be used is the message, not that they belong to nobody.
+/// The reason why no drive of the held-back files can be used is the message.
 #[test]
 fn held_back_files_that_cannot_be_used_say_why() {
     let folder = scratch("fleet_use", "held_back");
