@@ -108,7 +108,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     let grade = args.grade.as_deref().map(read_grade).transpose()?;
     let preparation = Preparation { grade, smooth: args.smooth, correct: args.correct, ..Preparation::default() };
-    let columns = args.columns.as_deref().map(column_map).transpose()?;
+    // Other data may have other columns.
+    let own = of_fleet.as_ref().filter(|_| args.data.is_none()).and_then(|file| file.columns.as_deref());
+    let columns = args.columns.as_deref().or(own).map(column_map).transpose()?;
     let mut library = Library::open(args.data.as_deref(), layout, columns, preparation)?;
     let known = of_fleet.as_ref().and_then(|file| file.vehicle.as_deref().map(|from| beside(from, &cases)));
     if let Some(vehicle) = args.vehicle.clone().or(known) {
@@ -154,10 +156,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     for source in library.sources() {
         eprintln!("used {} sha256 {}", source.path, source.sha256);
     }
-    let (notes, shown) = (library.notes(), if args.verbose { usize::MAX } else { NOTES });
-    notes.iter().take(shown).for_each(|note| eprintln!("{note}"));
-    if notes.len() > shown {
-        eprintln!("{} more lines about the data: --verbose", notes.len() - shown);
+    let (notes, most) = (library.notes(), if args.verbose { usize::MAX } else { NOTES });
+    notes.iter().take(most).for_each(|note| eprintln!("{note}"));
+    if notes.len() > most {
+        eprintln!("{} more lines about the data: --verbose", notes.len() - most);
     }
     library.faults().iter().for_each(|fault| evaluator::warn(fault));
     // The rows of an interrupted run are complete and worth keeping.

@@ -145,7 +145,7 @@ fn of_a_fleet() {
         let ids = rows.headers().expect("a header").iter().position(|name| name == "name").expect("a column");
         let rows: Vec<csv::StringRecord> = rows.records().map(|row| row.expect("a row")).collect();
         assert!(rows.len() >= 2 && rows.iter().all(|row| page.contains(&row[ids])));
-        ok(&["evaluate", text(&out), "--columns", text(&map), "--out", text(&scores)]);
+        ok(&["evaluate", text(&out), "--out", text(&scores)]);
         let mut found = csv::Reader::from_path(&scores).expect("it was written");
         let success = found.headers().expect("a header").iter().position(|name| name == "success").expect("a column");
         assert_eq!(

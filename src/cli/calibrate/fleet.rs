@@ -8,7 +8,7 @@ use crate::api::Calibration;
 use crate::api::bounds::origin;
 use crate::api::error::Usage;
 use crate::api::fleet::{HeldBack, Pairs, files, settings};
-use crate::api::reading::Loaded;
+use crate::api::reading::{Loaded, Reading};
 use crate::api::warnings;
 use crate::catalog::Variant;
 use crate::evaluator::Evaluator;
@@ -60,7 +60,8 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
         .map(|pair| (pair.name.as_str(), pair.drive.as_ref().ok().and_then(|drive| drive.trajectory.driver())));
     let comparison = fleet::compare(&pairs, &settings, &rows)?;
     let file = FleetFile::of(&pairs, &settings, &rows, &comparison, holdout, origin(&args.bounds, names));
-    let file = FleetFile { vehicle: args.data.reading().vehicle, ..file };
+    let Reading { columns, vehicle, .. } = args.data.reading();
+    let file = FleetFile { columns, vehicle, ..file };
     write(&args.out, &file, &pairs, &settings, &rows, &comparison)?;
     output::print(&if args.json { file.to_json() } else { text(&file) })?;
     let seconds = started.elapsed().as_secs_f64();

@@ -34,6 +34,9 @@ pub struct FleetFile {
     pub reasons: IndexMap<String, usize>,
     /// The convention.
     pub convention: String,
+    /// The column map, if the files have one: the name of a built-in one, or a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub columns: Option<String>,
     /// The car of all followers, if it was given: `NAME` or `FILE#NAME`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub vehicle: Option<String>,
@@ -127,6 +130,7 @@ impl FleetFile {
                 .collect(),
             reasons,
             convention: settings.convention.to_string(),
+            columns: None,
             vehicle: None,
             treatment: sound().next().map(|drive| Treatment::of(&drive.trajectory)),
             optimizer: settings.calibration.optimizer.runs().to_owned(),
