@@ -26,6 +26,10 @@ const UPLOT_LICENCE: &str = include_str!("../../../assets/uplot/LICENSE");
 const REPORT_JS: &str = include_str!("../../../assets/report/report.js");
 const REPORT_CSS: &str = include_str!("../../../assets/report/report.css");
 
+/// uPlot formats numbers in the language of the browser, and a Chromium of the locale C names one that does not exist.
+const LANGUAGE_JS: &str = "try { new Intl.NumberFormat(navigator.language); } catch { \
+                           Object.defineProperty(navigator, \"language\", { value: \"en\", configurable: true }); }";
+
 /// Content security policy of a page: only its own content, even if texts of a result contain addresses.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
                       form-action 'none'";
@@ -114,7 +118,7 @@ impl Page {
              <details><summary>Licence of uPlot</summary><pre>{licence}</pre></details></footer>\n\
              <script type=\"application/json\" id=\"result\">{twin}</script>\n\
              <script type=\"application/json\" id=\"charts\">{charts}</script>\n\
-             <script>{UPLOT_JS}</script>\n<script>{REPORT_JS}</script></body></html>\n",
+             <script>{LANGUAGE_JS}</script>\n<script>{UPLOT_JS}</script>\n<script>{REPORT_JS}</script></body></html>\n",
             title = escape(title),
             body = self.body,
             licence = escape(UPLOT_LICENCE),
