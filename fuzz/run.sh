@@ -1,7 +1,7 @@
 #!/bin/sh
 # Runs fuzz targets for SECONDS each (default 600), from the small files of tests/data as seeds; without names, all of them.
 #   fuzz/run.sh [SECONDS [TARGET...]]
-# An input that takes longer than 10 s is a finding, as a crash is.
+# An input that takes longer than 10 s or more than 1 GB is a finding, as a crash is.
 # Needs cargo-fuzz (cargo install cargo-fuzz); works on the stable toolchain.
 set -eu
 cd "$(dirname "$0")"
@@ -38,5 +38,5 @@ for target in "$@"; do
     sanitizer=address
     [ "$target" = extension ] && sanitizer=none
     RUSTC_BOOTSTRAP=1 cargo fuzz run --fuzz-dir . --sanitizer "$sanitizer" "$target" -- -max_total_time="$seconds" -max_len=8192 \
-        -timeout=10 -rss_limit_mb=4096 -print_final_stats=1
+        -timeout=10 -rss_limit_mb=1024 -print_final_stats=1
 done

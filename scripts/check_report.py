@@ -70,6 +70,8 @@ class Report:
         self.context = browser.new_context(viewport={"width": width, "height": 900}, color_scheme=scheme, reduced_motion="reduce",
                                            has_touch=width == WIDTHS[-1])
         self.page: Page = self.context.new_page()
+        # As in a Chromium of the locale C.
+        self.page.add_init_script("Object.defineProperty(navigator, 'language', { value: 'en-US@posix', configurable: true })")
         address = path.resolve().as_uri()
         self.page.on("console", lambda m: self.said(m.type, m.text))
         self.page.on("pageerror", lambda e: self.found(f"error of a script: {e}"))

@@ -41,6 +41,7 @@
   function one(place, chart, panel, height, last, key, follow) {
     const axis = () => ({ stroke: colour("ink"), grid: { stroke: colour("line"), width: 1 }, ticks: { stroke: colour("line") } });
     const options = {
+      class: chart.points ? "points" : "lines",
       width: Math.max(place.clientWidth, 200),
       height,
       scales: { x: { time: false } },

@@ -99,7 +99,7 @@ class Fleet:
         return self._fits[key]
 
     def score(self, drives: Any, model: str | None = None, **reading: Any) -> Any:
-        """Scores of the drivers on other drives, each with the parameters of the driver of the same name: a table with a row per drive and model,
+        """Scores of the drivers on other drives, each with the parameters of the driver of the same name, or else of the same file name: a table with a row per drive and model,
         and the columns ``driver``, ``model`` and ``score``, which is infinite for a run that ends early.
 
         ``drives``: one or several, as of :func:`calibrate`, with options of reading; ``model``: only this one, by its name.
@@ -112,11 +112,12 @@ class Fleet:
         rows = []
         for drive in each:
             for name in self._models if model is None else [model]:
-                row = self._row(drive.name, name)
+                driver = self._driver(drive)
+                row = self._row(driver, name)
                 settings: Any = {**self._settings, "precision": "f64", "device": "lanes"}
                 evaluator = Evaluator(drive, self._models[name], **settings)
                 candidate = [self._parameters(row, name)[parameter] for parameter in evaluator.parameters]
-                rows.append((drive.name, name, float(evaluator(candidate)[0])))
+                rows.append((driver, name, float(evaluator(candidate)[0])))
         return table_like({name: list(values) for name, values in zip(("driver", "model", "score"), zip(*rows))}, self._like)
 
     def plot(self, model: str | None = None) -> Any:
@@ -170,6 +171,11 @@ class Fleet:
         if self._columns["reason"][rows[0]]:
             raise _native.Error(f"{driver}: has no parameters: {self._columns['reason'][rows[0]]}")
         return rows[0]
+
+    def _driver(self, drive: Drive) -> str:
+        """The driver of another drive: by its name, otherwise by that of its file, as in the table."""
+        stem, _, _ = drive.label.rpartition(" follower ")
+        return stem if drive.name not in self._of_row and stem in self._of_row else drive.name
 
     def _parameters(self, row: int, model: str) -> dict[str, float]:
         return {name: float(self._columns[column][row]) for name, column in _settings(self._models[model], self._settings).columns}

@@ -1,6 +1,6 @@
 //! Calibrations: the settings, one fit, and a table of many.
 
-use crate::drive::Drive;
+use crate::drive::{Drive, warn};
 use crate::evaluator::Evaluator;
 use crate::fit::Fit;
 use crate::reading::{options, reading};
@@ -188,6 +188,7 @@ impl Calibration {
             }
         };
         let (inner, interrupted) = watched(py, progress.as_ref(), OnCtrlC::Keep, search)?;
+        warn(py, inner.warnings())?;
         Ok((Fit::of(inner, plain, drives), interrupted))
     }
 

@@ -80,6 +80,10 @@ def test_a_fleet_of_a_table_or_of_files(table: Any, folder: Path, tmp_path: Path
     assert fit.score == rows["score"].iloc[1] and len(fit.drives[0]) == rows["samples"].iloc[1]
     with pytest.raises(ll.UsageError, match="model: expected one of idm, idm.delay, found none"):
         fleet[expected[1]]
+    if kind == "folder":
+        # Files of the same names in another folder are of the same drivers.
+        others = fleet.score([folder / "drive2" / f"pair_follower{k}.csv" for k in (1, 2)], "idm")
+        assert list(others["driver"]) == expected and np.isfinite(others["score"]).all()
 
 
 def test_a_picture_of_a_fleet(fleet: ll.Fleet) -> None:

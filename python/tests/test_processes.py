@@ -21,6 +21,7 @@ import leadlag as ll
 #: A pool that forks while its parent has threads; the limit of the process ends a hanging one.
 POOL = """
 import multiprocessing
+import pickle
 from concurrent.futures import ProcessPoolExecutor
 import numpy as np
 import leadlag as ll
@@ -40,6 +41,15 @@ def scored(seed):
 def rows(seed):
     return list(ll.calibrate_all([drive, drive], "idm", seed=seed, **FEW)["score"])
 
+def fleet(seed):
+    own = ll.Fleet({pair!r}, ["idm", "gipps"], seed=seed, holdout=0.3, **FEW)
+    again = pickle.loads(pickle.dumps(own))
+    one = own.drivers[0]
+    scores = own.score({pair!r})["score"], again.score({pair!r})["score"]
+    assert list(scores[0]) == list(scores[1])
+    # A score that is missing is not equal to itself.
+    return own.to_pandas()["heldout_score"].map(str).tolist(), own.fit(one, "idm").score, list(scores[0])
+
 def nested(seed):
     here = calibrated(seed)
     with ProcessPoolExecutor(1, mp_context=fork) as pool:
@@ -56,7 +66,7 @@ print("done")
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="no fork on this system")
 @pytest.mark.parametrize("used", [True, False])
-@pytest.mark.parametrize("work", ["calibrated", "scored", "rows", "nested"])
+@pytest.mark.parametrize("work", ["calibrated", "scored", "rows", "fleet", "nested"])
 def test_a_pool_that_forks_works(pair: Path, work: str, used: bool) -> None:
     words = [sys.executable, "-W", "ignore", "-c", POOL.format(pair=str(pair), work=work, used=used)]
     done = subprocess.run(words, capture_output=True, text=True, timeout=120, check=False)

@@ -5,6 +5,7 @@ use super::drive::Drive;
 use super::error::{Error, Usage, usage};
 use super::extension::extend;
 use super::fit::Fit;
+use super::folds;
 use super::once::once;
 use super::reading::Loaded;
 use crate::calibrate::{
@@ -292,9 +293,16 @@ impl Calibration {
             progress(told)
         })?;
         result.drivers = apart;
-        result.held_back = self.left_out(&loaded, progress)?;
+        // The calibration is done, and must not be lost.
+        let lost = match self.left_out(&loaded, progress) {
+            Ok(scores) => {
+                result.held_back = scores;
+                None
+            }
+            Err(error) => Some(folds::lost(&error)),
+        };
         result.compared = self.compared(&loaded, &mut |_| progress(last));
-        Ok(Fit::of(result)?)
+        Ok(Fit::of(result)?.with_warning(lost))
     }
 
     /// Warnings about this calibration on these drives, one line each.

@@ -8,9 +8,10 @@ use super::reading::Loaded;
 use crate::evaluator::Case;
 use crate::reference::Trace;
 use crate::rescore;
-use crate::result::{ResultFile, Treatment};
+use crate::result::ResultFile;
 use crate::score::Measures;
 use crate::simulate::CalibratedVariant;
+use crate::trajectory::Treatment;
 use indexmap::IndexMap;
 use std::fmt;
 use std::path::Path;
@@ -20,6 +21,7 @@ use std::path::Path;
 pub struct Fit {
     result: ResultFile,
     variant: CalibratedVariant,
+    warnings: Vec<String>,
 }
 
 /// A run of a calibrated model on a drive.
@@ -46,7 +48,18 @@ pub struct Simulation {
 impl Fit {
     pub(super) fn of(result: ResultFile) -> anyhow::Result<Fit> {
         let variant = result.calibrated_variant()?;
-        Ok(Fit { result, variant })
+        Ok(Fit { result, variant, warnings: Vec::new() })
+    }
+
+    pub(super) fn with_warning(mut self, told: Option<String>) -> Fit {
+        self.warnings.extend(told);
+        self
+    }
+
+    /// What a calibration could not add to its result, one line each; empty for a fit that was read.
+    #[must_use]
+    pub fn warnings(&self) -> &[String] {
+        &self.warnings
     }
 
     /// Reads a `result.json` that a calibration wrote.
@@ -121,8 +134,7 @@ impl Fit {
         let mut trace = Trace::default();
         let outcome = rescore::outcome(&case, parameters, &mut trace).map_err(anyhow::Error::from)?;
         let now = Treatment::of(&drive.trajectory);
-        let then = self.result.data.first().map(|data| &data.treatment).filter(|then| **then != now);
-        let warnings = then.map(|then| format!("calibrated on data prepared differently: {then}; now: {now}"));
+        let warnings = self.result.data.first().and_then(|data| data.treatment.differs(&now));
         let scores = outcome.result.map_or_else(
             |_| IndexMap::new(),
             |measures| {

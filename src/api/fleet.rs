@@ -3,7 +3,7 @@
 use super::calibration::Calibration;
 use super::drive::Drive;
 use super::error::{Error, Usage};
-use super::reading::{Input, Reading};
+use super::reading::{Input, Reading, cut_off};
 use crate::calibrate::{BoundsError, SearchSpace};
 use crate::catalog::Variant;
 use crate::fleet::{self, Held, Journal, Model, Pair, Settings};
@@ -24,6 +24,9 @@ pub(crate) fn are_implausible(kinds: &str) -> bool {
     kinds.split(' ').any(|kind| !kind.is_empty() && kind != NOISY)
 }
 
+/// A measure that every kind of fault changes.
+const ANY: [GoodnessOfFit; 1] = [GoodnessOfFit::NRMSE_SVA];
+
 /// Doubtful pairs that are named.
 const DOUBTFUL_NAMED: usize = 20;
 
@@ -38,6 +41,8 @@ pub struct Pairs {
     pub(crate) unreadable: Vec<String>,
     /// What files have besides, a line each: pairs that are too short, vehicles without the one ahead.
     pub(crate) left_out: Vec<String>,
+    /// Number of pieces of each drive that are left out.
+    pieces: Vec<usize>,
 }
 
 impl Pairs {
@@ -114,6 +119,16 @@ impl Pairs {
         self.pairs.is_empty()
     }
 
+    /// Refuses pairs of which none can be used, with the reason of the first.
+    #[cfg(feature = "cli")]
+    pub(crate) fn check(&self) -> anyhow::Result<()> {
+        if self.pairs.iter().any(|pair| pair.drive.is_ok()) {
+            return Ok(());
+        }
+        Err(self
+            .none_usable(self.pairs.first().and_then(|pair| Some((pair.place(), pair.drive.as_ref().err()?.clone())))))
+    }
+
     /// The error if no pair can be used; `first` is the place of the first pair and the reason.
     pub(crate) fn none_usable(&self, first: Option<(String, String)>) -> anyhow::Error {
         let reason = match (self.len(), first) {
@@ -129,20 +144,34 @@ impl Pairs {
     /// Faults of files and signals, one line each.
     #[must_use]
     pub fn warnings(&self) -> Vec<String> {
-        self.unreadable.iter().chain(&self.left_out).cloned().chain(self.doubtful()).chain(self.repeated()).collect()
+        self.unreadable.iter().cloned().chain(self.besides()).chain(self.doubtful()).collect()
+    }
+
+    /// What files have besides, and repeated pairs, one line each.
+    pub(crate) fn besides(&self) -> Vec<String> {
+        let cut = cut_off(self.pieces.iter().copied());
+        self.left_out.iter().cloned().chain(cut).chain(self.repeated()).collect()
     }
 
     /// Number of pairs with doubtful data, their names, and the fault of the first.
     pub(crate) fn doubtful(&self) -> Option<String> {
-        let doubtful: Vec<&Pair> = self.pairs.iter().filter(|pair| are_implausible(&pair.doubts())).collect();
+        let doubtful: Vec<&Pair> = self.pairs.iter().filter(|pair| are_implausible(&pair.doubts(&ANY))).collect();
         let first = doubtful.first()?;
-        let named: Vec<String> =
-            doubtful.iter().take(DOUBTFUL_NAMED).map(|pair| format!("{} ({})", pair.place(), pair.doubts())).collect();
+        let named: Vec<String> = doubtful
+            .iter()
+            .take(DOUBTFUL_NAMED)
+            .map(|pair| format!("{} ({})", pair.place(), pair.doubts(&ANY)))
+            .collect();
         let more = match doubtful.len().saturating_sub(DOUBTFUL_NAMED) {
             0 => String::new(),
             more => format!(" and {more} more (column `findings` of the table)"),
         };
-        let told = first.drive.as_ref().ok().and_then(|drive| drive.trajectory.faults().next()).unwrap_or_default();
+        let told = first
+            .drive
+            .as_ref()
+            .ok()
+            .and_then(|drive| drive.trajectory.faults_of(|kind| kind != FindingKind::Noisy).next())
+            .unwrap_or_default();
         Some(format!(
             "{} of {} pairs have implausible signals: {}{more}; the first: {told}",
             doubtful.len(),
@@ -152,7 +181,7 @@ impl Pairs {
     }
 
     /// Number of repeated pairs, and the first of them: each counts in medians and shares.
-    pub(crate) fn repeated(&self) -> Option<String> {
+    fn repeated(&self) -> Option<String> {
         let (mut seen, mut again) = (HashMap::new(), Vec::new());
         for pair in &self.pairs {
             let Ok(fleet::Drive { trajectory, .. }) = &pair.drive else { continue };
@@ -199,6 +228,7 @@ impl Pairs {
         let file = input.shown();
         let (found, left_out) = reading.pairs(input, follower, vehicle)?;
         self.left_out.extend(left_out);
+        self.pieces.extend(found.iter().map(|one| one.pieces));
         for one in found {
             let is_short = one.drive.as_ref().is_err_and(|error| {
                 matches!(error.downcast_ref(), Some(PrepareError::TooShort { .. } | PrepareError::Short { .. }))

@@ -13,6 +13,11 @@ use std::ops::ControlFlow;
 /// Smallest number of folds: with one, nothing is left to calibrate on.
 const LEAST: u64 = 2;
 
+/// Warning that a fold failed.
+pub(crate) fn lost(error: &anyhow::Error) -> String {
+    format!("--folds: {error:#}; the result has no scores of left-out drivers")
+}
+
 impl Calibration {
     /// The fold of each drive; `None` without cross-validation. All drives of a driver are in one fold; without an id, each drive has
     /// another driver.

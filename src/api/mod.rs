@@ -9,7 +9,7 @@ pub(crate) mod error;
 pub(crate) mod extension;
 mod fit;
 pub(crate) mod fleet;
-mod folds;
+pub(crate) mod folds;
 mod least_squares;
 pub(crate) mod model;
 pub(crate) mod once;

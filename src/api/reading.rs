@@ -2,6 +2,7 @@
 
 use super::error::Usage;
 use crate::catalog::{Constraint, Variant};
+use crate::score::GoodnessOfFit;
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped, read_mapped_from};
 use crate::trajectory::{
@@ -49,6 +50,8 @@ pub struct Reading {
     pub lead_length_m: Option<f64>,
     /// Position of the preceding vehicle on the grade table at the first row of the file \[m\].
     pub lead_start_m: Option<f64>,
+    /// The measure that is minimised, if it is known: faults that do not change it are no warning.
+    pub(crate) measure: Option<GoodnessOfFit>,
 }
 
 impl Default for Reading {
@@ -69,6 +72,7 @@ impl Default for Reading {
             grade: None,
             lead_length_m: None,
             lead_start_m: None,
+            measure: None,
         }
     }
 }
@@ -107,6 +111,21 @@ pub(crate) struct Found {
     pub follower: usize,
     pub name: String,
     pub drive: anyhow::Result<Loaded>,
+    /// Number of shorter pieces of the same drive, which are left out.
+    pub pieces: usize,
+}
+
+/// Warning that pieces of drives are left out, as many as each pair has; `None` without any.
+pub(crate) fn cut_off(pieces: impl Iterator<Item = usize>) -> Option<String> {
+    let [pairs, pieces] = pieces.fold([0, 0], |[pairs, all], of| [pairs + usize::from(of > 0), all + of]);
+    (pieces > 0).then(|| {
+        let pieces = if pieces == 1 { "1 piece".to_owned() } else { format!("{pieces} pieces") };
+        let of = if pairs == 1 { "1 drive".to_owned() } else { format!("{pairs} drives") };
+        format!(
+            "{pieces} of {of} left out: long gaps cut a drive into pieces, of which only the longest is used; a longer --max-gap \
+             interpolates more"
+        )
+    })
 }
 
 impl Loaded {
@@ -207,16 +226,16 @@ impl Reading {
             asked.extend(followers.map(|(follower, car)| (platoon, follower, &car.name)));
         }
         let pair = |(platoon, follower, name): (&Platoon, usize, &String)| {
-            let found = |name, drive| Found { id: platoon.id.clone(), follower, name, drive };
-            let drives = match self.longest_of(&recording, platoon, follower, &preparation) {
-                Ok(drives) => drives,
+            let found = |name, drive| Found { id: platoon.id.clone(), follower, name, drive, pieces: 0 };
+            let (drives, pieces) = match self.longest_of(&recording, platoon, follower, &preparation) {
+                Ok(found) => found,
                 Err(error) => return vec![found(name.clone(), Err(error))],
             };
             // The drive is that of who drives it longest; of equally long ones, of the first.
             let longest = (0..drives.len()).rev().max_by_key(|&k| drives[k].len()).unwrap_or(0);
             let by = drives.get(longest).and_then(Trajectory::driver).unwrap_or_default().to_owned();
             let of = |(k, trajectory): (usize, Trajectory)| match trajectory.driver() {
-                _ if k == longest => found(name.clone(), self.with_vehicle(trajectory, vehicle)),
+                _ if k == longest => Found { pieces, ..found(name.clone(), self.with_vehicle(trajectory, vehicle)) },
                 driver => {
                     let driver = driver.unwrap_or("an unnamed driver");
                     found(format!("{name} ({driver})"), Err(another_driver(&trajectory, driver, &by)))
@@ -230,23 +249,26 @@ impl Reading {
         Ok((pairs.into_iter().flatten().collect(), left_out))
     }
 
-    /// The longest segment of each driver of a follower, in the order in which they drive.
+    /// The longest segment of each driver of a follower, in the order in which they drive, and the number of the other segments.
     fn longest_of(
         &self,
         recording: &Recording,
         platoon: &Platoon,
         follower: usize,
         preparation: &Preparation,
-    ) -> anyhow::Result<Vec<Trajectory>> {
+    ) -> anyhow::Result<(Vec<Trajectory>, usize)> {
         let mut longest: Vec<Trajectory> = Vec::new();
-        for segment in prepare_platoon(recording, platoon, follower, preparation)? {
+        let segments = prepare_platoon(recording, platoon, follower, preparation)?;
+        let count = segments.len();
+        for segment in segments {
             match longest.iter_mut().find(|one| one.driver() == segment.driver()) {
                 Some(one) if one.len() >= segment.len() => {}
                 Some(one) => *one = segment,
                 None => longest.push(segment),
             }
         }
-        Ok(longest)
+        let others = count - longest.len();
+        Ok((longest, others))
     }
 
     /// A trajectory with the car of a variant that needs it.
@@ -295,6 +317,8 @@ impl Reading {
             let vehicle = (variant.needs_vehicle() || self.vehicle.is_some()).then_some(variant);
             let (found, left_out) = self.pairs(input, None, vehicle)?;
             left_out.into_iter().for_each(&mut *warn);
+            let cut = cut_off(found.iter().map(|one| one.pieces));
+            cut.into_iter().for_each(|told| warn(format!("{}: {told}", input.shown())));
             for Found { name, drive, .. } in found {
                 count += 1;
                 match drive {
@@ -502,7 +526,9 @@ impl Reading {
             });
         }
         let chosen = segments.swap_remove(index);
-        chosen.faults().for_each(|fault| warn(format!("{}: {fault}", chosen.source.path)));
+        chosen
+            .faults_of(|kind| self.measure.is_none_or(|gof| gof.minds(kind)))
+            .for_each(|fault| warn(format!("{}: {fault}", chosen.source.path)));
         Ok(chosen)
     }
 

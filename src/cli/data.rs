@@ -97,6 +97,7 @@ impl DataArgs {
             grade: self.grade.clone(),
             lead_length_m: self.lead_length,
             lead_start_m: self.lead_start,
+            measure: None,
         }
     }
 }

@@ -3,6 +3,7 @@
 use super::data::columns_help;
 use super::evaluator::EvaluatorArgs;
 use super::progress::Bar;
+use super::simulate::beside;
 use super::{evaluator, fleet_row, interrupt, output};
 use crate::api::bounds::read_bounds;
 use crate::api::reading::{column_map, read_grade};
@@ -15,6 +16,7 @@ use crate::score::GoodnessOfFit;
 use crate::select::Work;
 use crate::symbols::Symbol;
 use crate::trajectory::Preparation;
+use crate::vehicle;
 use anyhow::{Context, bail};
 use clap::ValueEnum;
 use indicatif::HumanDuration;
@@ -57,6 +59,9 @@ pub struct Args {
     /// Show all changes to the data, not only the first ten
     #[arg(long)]
     verbose: bool,
+    /// The follower: a built-in vehicle or FILE#NAME [default: that of the fleet, else by its name in the file]
+    #[arg(long, value_name = "NAME|FILE#NAME")]
+    vehicle: Option<String>,
     /// Add a column with NRMSE(s,v,a) in f64
     #[arg(long)]
     rescore: bool,
@@ -103,8 +108,17 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     };
     let grade = args.grade.as_deref().map(read_grade).transpose()?;
     let preparation = Preparation { grade, smooth: args.smooth, correct: args.correct, ..Preparation::default() };
-    let columns = args.columns.as_deref().map(column_map).transpose()?;
+    // Other data may have other columns.
+    let own = of_fleet.as_ref().filter(|_| args.data.is_none()).and_then(|file| file.columns.as_deref());
+    let columns = args.columns.as_deref().or(own).map(column_map).transpose()?;
     let mut library = Library::open(args.data.as_deref(), layout, columns, preparation)?;
+    let known = of_fleet.as_ref().and_then(|file| file.vehicle.as_deref().map(|from| beside(from, &cases)));
+    if let Some(vehicle) = args.vehicle.clone().or(known) {
+        // Only some rows may need its curve.
+        let whole = vehicle::find_for(&vehicle, true);
+        library.drive_with(whole.or_else(|_| vehicle::find_for(&vehicle, false))?);
+    }
+    library.expect(of_fleet.as_ref().and_then(|file| file.treatment.clone()));
     for (file, one) in of_fleet.iter().flat_map(|file| file.overview.iter().map(move |one| (file, one))) {
         // A row of another model says that it is unknown.
         if let Ok((variant, delay_upper)) = fleet_row::model(file, &one.model) {
@@ -142,10 +156,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     for source in library.sources() {
         eprintln!("used {} sha256 {}", source.path, source.sha256);
     }
-    let (notes, shown) = (library.notes(), if args.verbose { usize::MAX } else { NOTES });
-    notes.iter().take(shown).for_each(|note| eprintln!("{note}"));
-    if notes.len() > shown {
-        eprintln!("{} more lines about the data: --verbose", notes.len() - shown);
+    let (notes, most) = (library.notes(), if args.verbose { usize::MAX } else { NOTES });
+    notes.iter().take(most).for_each(|note| eprintln!("{note}"));
+    if notes.len() > most {
+        eprintln!("{} more lines about the data: --verbose", notes.len() - most);
     }
     library.faults().iter().for_each(|fault| evaluator::warn(fault));
     // The rows of an interrupted run are complete and worth keeping.

@@ -53,9 +53,9 @@ pub fn of_all(folder: &Path) -> anyhow::Result<Vec<(Shown, CalibratedVariant)>> 
     all.into_iter().map(|row| calibrated(folder, &file, &row).map(|variant| (row, variant))).collect()
 }
 
-/// The calibration of a driver: the one with this id, else the one named after this file, else the only one; with the model that the
+/// The fleet, and the calibration of a driver: the one with this id, else the one named after this file, else the only one; with the model that the
 /// fleet has chosen.
-pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::Result<CalibratedVariant> {
+pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::Result<(FleetFile, CalibratedVariant)> {
     let (file, all) = chosen(folder)?;
     let table = folder.join(TABLE);
     let shown = table.display();
@@ -74,7 +74,8 @@ pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::R
         };
         return Err(Usage(format!("{shown}: expected one driver; {asked}; it has {listed}{more}{near}")).into());
     };
-    calibrated(folder, &file, row)
+    let variant = calibrated(folder, &file, row)?;
+    Ok((file, variant))
 }
 
 /// The variant of a row with its parameters.

@@ -10,10 +10,10 @@ use crate::reference::Trace;
 use crate::report::text::wrapped;
 use crate::report::{plot, simulation};
 use crate::rescore;
-use crate::result::{ResultFile, Treatment, VehicleEntry, diagnosis, read_bounded};
+use crate::result::{ResultFile, VehicleEntry, diagnosis, read_bounded};
 use crate::score::{GoodnessOfFit, Measures, Signal};
 use crate::simulate::{Ahead, CalibratedVariant, far_above_in, follow};
-use crate::trajectory::Recording;
+use crate::trajectory::{Recording, Treatment};
 use anyhow::Context;
 use serde_json::json;
 use std::fmt::Write;
@@ -52,6 +52,8 @@ pub struct Args {
 struct Calibrated {
     path: PathBuf,
     vehicle: Option<VehicleEntry>,
+    /// The value of `--vehicle` of the calibration.
+    vehicle_from: Option<String>,
     treatment: Option<Treatment>,
     variant: CalibratedVariant,
 }
@@ -154,8 +156,9 @@ fn read(args: &Args, given: &Path, driver: Option<&str>) -> anyhow::Result<Calib
             );
             return Err(Usage(message).into());
         }
-        let variant = fleet_row::of_driver(&folder, driver, &args.file)?;
-        return Ok(Calibrated { path: given.to_owned(), vehicle: None, treatment: None, variant });
+        let (file, variant) = fleet_row::of_driver(&folder, driver, &args.file)?;
+        let (path, vehicle_from, treatment) = (folder.join(folder::FLEET), file.vehicle, file.treatment);
+        return Ok(Calibrated { path, vehicle: None, vehicle_from, treatment, variant });
     }
     if let Some(path) = folder::diagnosis_file(given) {
         let outcome: diagnosis::Outcome = serde_json::from_str(&read_bounded(&path)?)
@@ -166,13 +169,14 @@ fn read(args: &Args, given: &Path, driver: Option<&str>) -> anyhow::Result<Calib
             let message = format!("--result {}: this diagnosis recommends no model", given.display());
             return Err(Usage(message).into());
         };
-        return Ok(Calibrated { path, vehicle: None, treatment: None, variant });
+        return Ok(Calibrated { path, vehicle: None, vehicle_from: None, treatment: None, variant });
     }
     let path = result_file(given)?;
     let file = ResultFile::read(&path)?;
     let variant = file.calibrated_variant().with_context(|| format!("{}: cannot be simulated", path.display()))?;
     let treatment = file.data.into_iter().next().map(|data| data.treatment);
-    Ok(Calibrated { path, vehicle: file.vehicle, treatment, variant })
+    let vehicle_from = file.vehicle.as_ref().map(|vehicle| vehicle.from.clone());
+    Ok(Calibrated { path, vehicle: file.vehicle, vehicle_from, treatment, variant })
 }
 
 /// The followers whose car ahead is in the file, too.
@@ -192,7 +196,7 @@ fn load(
 ) -> anyhow::Result<Loaded> {
     let mut reading = args.data.reading();
     let entry = model.vehicle.as_ref().filter(|_| reading.vehicle.is_none());
-    reading.vehicle = reading.vehicle.or(entry.map(|v| beside(&v.from, &model.path)));
+    reading.vehicle = reading.vehicle.or(model.vehicle_from.as_deref().map(|from| beside(from, &model.path)));
     let variant = &model.variant.variant;
     let loaded = reading.pick_one(recording, follower, variant, id, &mut |text| warn(&text))?;
     start_assumed(&loaded.trajectory).filter(|_| variant.needs_position()).iter().for_each(|text| warn(text));
@@ -206,14 +210,14 @@ fn load(
         );
     }
     let now = Treatment::of(&loaded.trajectory);
-    if let Some(then) = model.treatment.as_ref().filter(|then| **then != now) {
-        eprintln!("warning: {path} was calibrated on data prepared differently: {then}; now: {now}");
+    if let Some(told) = model.treatment.as_ref().and_then(|then| then.differs(&now)) {
+        eprintln!("warning: {path} was {told}");
     }
     Ok(loaded)
 }
 
 /// A vehicle file that exists relative to the folder of the result file, but not relative to the current one.
-fn beside(vehicle: &str, result: &Path) -> String {
+pub fn beside(vehicle: &str, result: &Path) -> String {
     let Some((table, name)) = vehicle.rsplit_once('#') else { return vehicle.to_owned() };
     let there = result.parent().unwrap_or(Path::new(".")).join(table);
     if !Path::new(table).exists() && there.exists() {

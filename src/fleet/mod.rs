@@ -28,7 +28,7 @@ use crate::identify::Optimism;
 use crate::score::GoodnessOfFit;
 use crate::select::Selection;
 use crate::study::fingerprint;
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Finding, Trajectory};
 use crate::vehicle::Vehicle;
 use sha2::{Digest, Sha256};
 
@@ -66,11 +66,12 @@ impl Pair {
         format!("{}{id} follower {}", self.file, self.follower)
     }
 
-    /// The kinds of faults of its data that change the calibration, separated by spaces; empty if there are none.
+    /// The kinds of faults of its data that change a calibration with one of these measures, separated by spaces; empty if there are none.
     #[must_use]
-    pub fn doubts(&self) -> String {
+    pub fn doubts(&self, measures: &[GoodnessOfFit]) -> String {
         let findings = self.drive.iter().flat_map(|drive| drive.trajectory.findings());
-        let doubtful = findings.filter(|finding| finding.matters && finding.correction.is_none());
+        let counts = |finding: &Finding| measures.iter().any(|measure| measure.minds(finding.kind));
+        let doubtful = findings.filter(|finding| finding.matters && finding.correction.is_none() && counts(finding));
         let mut kinds: Vec<&str> = doubtful.map(|finding| finding.kind.into_str()).collect();
         kinds.sort_unstable();
         kinds.dedup();

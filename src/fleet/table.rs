@@ -83,7 +83,7 @@ pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &Com
     let at_bound: Vec<Option<String>> =
         found().map(|found| found.map(|found| found.at_bound.join(" ")).filter(|names| !names.is_empty())).collect();
     table.text("at_bound", at_bound.iter().map(Option::as_deref));
-    let doubts: Vec<String> = rows.iter().map(|row| of(row).doubts()).collect();
+    let doubts: Vec<String> = rows.iter().map(|row| of(row).doubts(&[settings.measures[row.place.measure]])).collect();
     table.text("findings", doubts.iter().map(|kinds| Some(kinds.as_str()).filter(|kinds| !kinds.is_empty())));
     table.integer("evaluations", found().map(|found| i64::try_from(found?.evaluations).ok()));
     table.text("stop", found().map(|found| Some(found?.stop.as_str())));
@@ -201,9 +201,9 @@ fn is_zero(count: &usize) -> bool {
 /// One entry per model and measure, measures first.
 #[must_use]
 pub fn overview(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &Comparison) -> Vec<Overview> {
-    let sound: Vec<bool> = pairs.iter().map(|pair| pair.doubts().is_empty()).collect();
     let mut all = Vec::new();
     for (k, measure) in settings.measures.iter().enumerate() {
+        let sound: Vec<bool> = pairs.iter().map(|pair| pair.doubts(&[*measure]).is_empty()).collect();
         for (m, model) in settings.models.iter().enumerate() {
             let own: Vec<_> = rows
                 .iter()

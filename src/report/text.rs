@@ -329,9 +329,9 @@ fn joined(line: &str) -> String {
     text
 }
 
-/// Where a word may be broken: after a hyphen, but not in an exponent, and never in a flag, because users copy it.
+/// Where a word may be broken: after a hyphen, but not in an exponent, and never in a flag or the name of a file, because users copy it.
 fn split_points(word: &str) -> Vec<usize> {
-    if word.contains("--") {
+    if word.contains("--") || word.trim_end_matches(['.', ',', ':', ';', ')']).contains(['/', '.']) {
         return Vec::new();
     }
     let is_exponent = |at: usize| {
@@ -379,6 +379,10 @@ mod tests {
         // Columns keep their distance, and other hyphens still break.
         assert_eq!(wrapped(0, 0, "v_0  30.5  m/s  desired"), "v_0  30.5  m/s  desired\n");
         assert_eq!(split_points("well-known"), [5]);
+        for name in ["my-data/car-a.csv:", "car-a.csv,", "--max-gap"] {
+            assert!(split_points(name).is_empty(), "{name}");
+        }
+        assert_eq!(split_points("well-known."), [5]);
     }
 
     /// Names and units from files have any length: a line after a long one would otherwise be indented by the same length, word by word.

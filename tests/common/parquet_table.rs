@@ -1,7 +1,7 @@
 //! Parquet files of tables of numbers, and one with text.
 
 use parquet::basic::{Compression, Encoding};
-use parquet::data_type::{ByteArray, ByteArrayType, DoubleType};
+use parquet::data_type::{ByteArray, ByteArrayType, DataType, DoubleType};
 use parquet::file::properties::{WriterProperties, WriterVersion};
 use parquet::file::writer::SerializedFileWriter;
 use std::fs;
@@ -59,4 +59,28 @@ pub fn with_drivers(drivers: &[Option<String>], encoding: Encoding, version: Wri
     }
     group.close().unwrap();
     writer.into_inner().unwrap()
+}
+
+/// Rows of [`table`].
+pub const ROWS: usize = 300;
+
+/// A pair file with a further column, which has the same value throughout.
+pub fn table<T: DataType>(column: &str, value: T::T, properties: WriterProperties) -> Vec<u8> {
+    let numbers = ["time_s", "lead_speed_mps", "speed_mps", "spacing_m"].map(|name| format!("required double {name};"));
+    let schema = format!("message table {{ required {column}; {} }}", numbers.concat());
+    let schema = Arc::new(parquet::schema::parser::parse_message_type(&schema).expect("a schema"));
+    let mut writer = SerializedFileWriter::new(Vec::new(), schema, Arc::new(properties)).expect("memory");
+    let mut group = writer.next_row_group().expect("memory");
+    let mut next = group.next_column().expect("memory").expect("a column");
+    next.typed::<T>().write_batch(&vec![value; ROWS], None, None).expect("memory");
+    next.close().expect("memory");
+    let columns: [&dyn Fn(usize) -> f64; 4] = [&|row| row as f64 / 10.0, &|_| 15.0, &|_| 15.0, &|_| 20.0];
+    for column in columns {
+        let mut next = group.next_column().expect("memory").expect("a column");
+        let values: Vec<f64> = (0..ROWS).map(column).collect();
+        next.typed::<DoubleType>().write_batch(&values, None, None).expect("memory");
+        next.close().expect("memory");
+    }
+    group.close().expect("memory");
+    writer.into_inner().expect("memory")
 }

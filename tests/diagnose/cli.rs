@@ -91,6 +91,27 @@ fn errors_that_repeat_by_place_are_told_first() {
     assert!(said.contains("grade (needs the road grade)") && !said.contains("same places"), "{said}");
 }
 
+/// A drive with the grade of its road, but without positions: how far it has come is no place. One drive alone does not show what belongs
+/// to a place, even with positions.
+#[test]
+fn without_positions_nothing_depends_on_the_place() {
+    let folder = scratch("diagnose_cli", "no_place");
+    let placed = pair(&folder, 3, 200, &["--base", "idm", "--effect", "grade:gg=0.6"]);
+    let text = fs::read_to_string(&placed).expect("written");
+    let columns = |line: &str| line.split(',').take(5).collect::<Vec<_>>().join(",") + "\n";
+    let without = folder.join("without.csv");
+    fs::write(&without, text.lines().map(columns).collect::<String>()).expect("room");
+    for (path, is_placed) in [(placed.as_str(), true), (without.to_str().expect("UTF-8"), false)] {
+        let given = ["diagnose", path, "--base", "idm", "--effort", "quick"];
+        let found: Value = serde_json::from_str(&ok(&[&given[..], &["--json"]].concat())).expect("JSON");
+        let profiles = found["missing"]["profiles"].as_array().expect("a list");
+        let has = |name: &str| profiles.iter().any(|profile| profile["name"] == name);
+        assert!(has("sine of the grade") && has("place") == is_placed, "{path}: {profiles:?}");
+        let said = ok(&given).replace("\n  ", " ");
+        assert!(said.contains("sine of the grade (") && !said.contains(", place ("), "{said}");
+    }
+}
+
 #[test]
 fn the_data_alone_can_be_checked() {
     let folder = scratch("diagnose_cli", "data_only");

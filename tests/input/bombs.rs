@@ -1,44 +1,18 @@
 //! Tables that would take far more memory or time than their files suggest, and columns that no reader can convert to text: each is refused
 //! at once, or read as if the column were absent.
 
-use crate::common::parquet_table::with_drivers;
+use crate::common::parquet_table::{ROWS, table, with_drivers};
 use cpu_time::ThreadTime;
 use leadlag::internal::trajectory::import;
 use parquet::basic::{Compression, Encoding};
-use parquet::data_type::{
-    ByteArray, ByteArrayType, DataType, DoubleType, FixedLenByteArray, FixedLenByteArrayType, Int32Type,
-};
+use parquet::data_type::{ByteArray, ByteArrayType, FixedLenByteArray, FixedLenByteArrayType, Int32Type};
 use parquet::file::metadata::ParquetMetaDataWriter;
 use parquet::file::properties::{WriterProperties, WriterVersion};
 use parquet::file::reader::{FileReader, SerializedFileReader};
-use parquet::file::writer::SerializedFileWriter;
 use std::io::Write;
-use std::sync::Arc;
 
-const ROWS: usize = 300;
 /// Time limit for each file here \[s of CPU\]; each takes milliseconds, except the last one, which takes some seconds.
 const LONGEST_S: u64 = 30;
-
-/// A pair file with a further column, which has the same value throughout.
-fn table<T: DataType>(column: &str, value: T::T, properties: WriterProperties) -> Vec<u8> {
-    let numbers = ["time_s", "lead_speed_mps", "speed_mps", "spacing_m"].map(|name| format!("required double {name};"));
-    let schema = format!("message table {{ required {column}; {} }}", numbers.concat());
-    let schema = Arc::new(parquet::schema::parser::parse_message_type(&schema).expect("a schema"));
-    let mut writer = SerializedFileWriter::new(Vec::new(), schema, Arc::new(properties)).expect("memory");
-    let mut group = writer.next_row_group().expect("memory");
-    let mut next = group.next_column().expect("memory").expect("a column");
-    next.typed::<T>().write_batch(&vec![value; ROWS], None, None).expect("memory");
-    next.close().expect("memory");
-    let columns: [&dyn Fn(usize) -> f64; 4] = [&|row| row as f64 / 10.0, &|_| 15.0, &|_| 15.0, &|_| 20.0];
-    for column in columns {
-        let mut next = group.next_column().expect("memory").expect("a column");
-        let values: Vec<f64> = (0..ROWS).map(column).collect();
-        next.typed::<DoubleType>().write_batch(&values, None, None).expect("memory");
-        next.close().expect("memory");
-    }
-    group.close().expect("memory");
-    writer.into_inner().expect("memory")
-}
 
 fn plain() -> WriterProperties {
     WriterProperties::builder().build()

@@ -316,7 +316,10 @@ fn broken_parquet_tables() {
         (0..60).map(|row| (row % 7 != 3).then(|| format!("driver {}", row / 20))).collect();
     let text = [Encoding::DELTA_BYTE_ARRAY, Encoding::DELTA_LENGTH_BYTE_ARRAY]
         .map(|encoding| parquet_table::with_drivers(&drivers, encoding, WriterVersion::PARQUET_2_0));
-    let files: Vec<Vec<u8>> = ways.map(sound).into_iter().chain(text).collect();
+    // Numbers by their differences, and split into bytes, which the library reads.
+    let others =
+        [include_bytes!("../data/pair.parquet").to_vec(), include_bytes!("../data/pair_delta.parquet").to_vec()];
+    let files: Vec<Vec<u8>> = ways.map(sound).into_iter().chain(text).chain(others).collect();
     attack(|vandal| {
         let mut file = files[vandal.below(files.len())].clone();
         for _ in 0..=vandal.below(4) {

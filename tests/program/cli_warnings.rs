@@ -282,7 +282,7 @@ fn a_table_of_which_no_row_can_be_simulated_is_a_failure() {
     ] {
         let (code, table, said) = evaluate(name, header, &[&row(start), &row(start)]);
         assert_eq!(code, Some(1), "{name}: {said}");
-        assert!(said.contains("no row could be simulated; the first of the invalid rows is row 1: "), "{said}");
+        assert!(said.contains(".csv: no row could be simulated; the first of the invalid rows is row 1: "), "{said}");
         assert!(said.contains(expected), "expected {expected:?} in:\n{said}");
         assert_eq!(table.matches("invalid: ").count(), 2, "the table is written all the same: {table}");
     }
@@ -298,7 +298,7 @@ fn evaluate_says_once_which_parameters_their_variant_does_not_have() {
     let row = |more: &str| format!("1,platoon,1,4,33,2,1.2,1.4,-2,{more}");
     let (code, _, said) = evaluate("surplus", HEADER, &[&row("0.4,,"), &row("0.3,0.2,"), &row(",NaN,0")]);
     assert_eq!(code, Some(0), "{said}");
-    let warning = "2 of 3 rows give parameters that their variant lacks; leadlag ignores them: tau_a, tau_p\n";
+    let warning = ".csv: 2 of 3 rows give parameters that their variant lacks; leadlag ignores them: tau_a, tau_p\n";
     assert!(said.contains(warning) && said.matches("warning: ").count() == 1, "{said}");
     let (_, _, said) = evaluate("absent", HEADER, &[&row("nan,0,"), &row(",0.0,NaN")]);
     assert!(!said.contains("warning: "), "that is how tables with all columns say that there is none: {said}");

@@ -1,7 +1,7 @@
 //! The use of a finished fleet: scores on other drives by `evaluate`, a result of each pair, simulations of some drivers.
 
 use super::fleet::{HEADER, drives};
-use crate::common::program::{fails, ok, scratch, stderr, succeeds, text};
+use crate::common::program::{fails, ok, scratch, stderr, stdout, succeeds, text};
 use crate::common::tolerance::WHOLE_RUN;
 use std::collections::BTreeMap;
 use std::fs;
@@ -26,6 +26,46 @@ fn rows(path: &Path) -> Vec<BTreeMap<String, String>> {
 
 fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
     row[column].parse().unwrap_or_else(|_| panic!("{column}: expected a number, found {:?}", row[column]))
+}
+
+/// The car is a setting of the fleet, as bounds and convention are; data that are treated otherwise are warned of.
+#[test]
+fn a_fleet_keeps_its_car_and_the_treatment_of_its_data() {
+    let folder = scratch("fleet_use", "car");
+    let (table, out) = (folder.join("pairs.csv"), folder.join("fleet"));
+    fs::write(&table, HEADER.to_owned() + &drives(0..3, 300)).expect("room");
+    let words = ["calibrate", text(&table), "--all", "--bounds", "human", "--out", text(&out), "--no-intervals"];
+    let more = ["--max-evaluations", "300", "--model", "l-cth+nonlinear", "--vehicle", "tesla_model3"];
+    let level = ["--grade", "level"];
+    ok(&[&words[..], &more, &level].concat());
+    let scored = folder.join("scores.csv");
+    let evaluate = [&["evaluate", text(&out), "--out", text(&scored)][..], &level].concat();
+    assert!(!stderr(&succeeds(&evaluate)).contains("prepared differently"));
+    for row in rows(&scored) {
+        assert!((number(&row, "calib_cost") / number(&row, "score") - 1.0).abs() < WHOLE_RUN, "{row:?}");
+    }
+    let simulate = ["simulate", text(&table), "--result", text(&out), "--trajectory", "1"];
+    let simulate = [&simulate[..], &level].concat();
+    assert!(stdout(&succeeds(&simulate)).contains("NRMSE(s,v,a)"));
+    // Another car has other scores, and another treatment other data.
+    ok(&[&evaluate[..], &["--vehicle", "audi_a8"]].concat());
+    assert!(rows(&scored).iter().any(|row| (number(row, "calib_cost") / number(row, "score") - 1.0).abs() > 1e-4));
+    for given in [&evaluate[..], &simulate] {
+        let said = stderr(&succeeds(&[given, &["--smooth"]].concat()));
+        assert!(said.contains("calibrated on data prepared differently: not smoothed"), "{said}");
+    }
+}
+
+/// The reason why no drive of the held-back files can be used is the message.
+#[test]
+fn held_back_files_that_cannot_be_used_say_why() {
+    let folder = scratch("fleet_use", "held_back");
+    let [table, other, out] = ["pairs.csv", "other.csv", "fleet"].map(|name| folder.join(name));
+    fs::write(&table, HEADER.to_owned() + &drives(0..3, 300)).expect("room");
+    fs::write(&other, HEADER.to_owned() + &drives(0..3, 100)).expect("room");
+    let words = ["calibrate", text(&table), "--all", "--model", "idm", "--out", text(&out)];
+    let (code, said) = fails(&[&words[..], &["--holdout", text(&other), "--from", "15"]].concat());
+    assert!(code == 1 && said.contains("--holdout: none of 3 pairs can be used; the first: "), "{said}");
 }
 
 #[test]

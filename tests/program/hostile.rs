@@ -1,5 +1,6 @@
 //! Malicious files and environments: each ends in a message, in bounded memory, never in a panic or a signal.
 
+use crate::common::parquet_table::table;
 use crate::common::program::{fails, ok, scratch, stderr, text};
 use serde_json::{Value, json};
 use std::fs;
@@ -283,4 +284,24 @@ fn a_table_beyond_the_memory_of_the_process_is_refused() {
     command.args(["-c", "ulimit -v 524288; exec \"$0\" \"$@\"", env!("CARGO_BIN_EXE_leadlag")]).args(calibrate);
     let output = command.output().expect("a shell");
     assert!(output.status.success(), "{}", stderr(&output));
+}
+
+/// A column of numbers by their changes that has a first value and claims to have none: the library panics, and the user reads an error.
+#[test]
+fn a_panic_of_the_parquet_library_is_an_error() {
+    use parquet::basic::Encoding;
+    use parquet::data_type::Int32Type;
+    use parquet::file::properties::WriterProperties;
+    let properties = WriterProperties::builder().set_dictionary_enabled(false);
+    let properties = properties.set_column_encoding("n".into(), Encoding::DELTA_BINARY_PACKED).build();
+    let mut file = table::<Int32Type>("int32 n", 1, properties);
+    // Blocks of 128 values in 4 parts, 300 values, the first of which is 1.
+    let start = [0x80, 0x01, 0x04, 0xAC, 0x02, 0x02];
+    let at = file.windows(start.len()).position(|bytes| bytes == start).expect("a page of changes");
+    file[at + 3..at + 5].copy_from_slice(&[0x80, 0x00]);
+    let path = scratch("hostile", "panic").join("changes.parquet");
+    fs::write(&path, file).expect("room");
+    let (code, said) = fails(&["inspect", text(&path)]);
+    assert!(code == 1 && said.contains("its contents contradict each other"), "{said}");
+    assert!(!said.contains("panicked"), "{said}");
 }

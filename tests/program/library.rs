@@ -116,6 +116,36 @@ fn calibration_of(model: &str) -> Calibration {
     Calibration::of(model).expect("a variant")
 }
 
+/// A law that can be simulated for a few values of its parameter only, so that a short search finds none: a fold that fails does not cost
+/// the calibration, whose replicates found some.
+#[test]
+fn a_fold_that_fails_leaves_the_calibration() {
+    const NARROW: &str = "struct Parameters {
+    /// a value that has to be right [-], 0 to 1
+    right: f32,
+    /// gain [1/s], 0.1 to 2
+    gain: f32,
+}
+fn narrow_law(own: Parameters, x: Perceived) -> f32 {
+    let a = own.gain * (x.v_l - x.v_f) + 0.1 * (x.s - 3.0 - 1.2 * x.v_f);
+    return select(1.0e30, a, abs(own.right - 0.5) < 0.0005);
+}
+";
+    let folder = scratch("library", "folds");
+    let law = folder.join("narrow.wgsl");
+    fs::write(&law, NARROW).expect("room");
+    let drives = [1, 2].map(|seed| synthetic(seed, 60.0).and_then(|m| m.follower(1)).expect("sound"));
+    let drives = [&drives[0], &drives[1]];
+    let calibration = calibration_of(text(&law)).optimizer("lshade").expect("known").intervals(false);
+    let calibration = calibration.max_evaluations(100).seed(3).folds(2);
+    let run = |calibration: Calibration| calibration.run_on(&drives, &mut |_| ControlFlow::Continue(()));
+    assert!(run(calibration.clone()).is_err());
+    let fit = run(calibration.replicates(20)).expect("some replicate finds it");
+    assert!(fit.score().is_finite() && !fit.to_json().contains("held_back"));
+    let [told] = fit.warnings() else { panic!("{:?}", fit.warnings()) };
+    assert!(told.starts_with("--folds: ") && told.ends_with("has no scores of left-out drivers"), "{told}");
+}
+
 #[test]
 fn a_fleet() {
     let folder = scratch("library", "fleet");

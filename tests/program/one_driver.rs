@@ -1,6 +1,6 @@
 //! Drives of different drivers that are given as one car are detected, and drives of one are not.
 
-use crate::common::program::{leadlag, scratch, stderr, stdout, text};
+use crate::common::program::{leadlag, ok, scratch, stderr, stdout, text};
 use leadlag::internal::optimize::{normal, stream};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -95,6 +95,35 @@ fn a_fault_of_all_pairs_of_a_fleet_is_told_once() {
     let told =
         "2 pairs with doubtful data, in column findings of the table: all (noisy); leadlag inspect has the remedies";
     assert!(said.replace("\n    ", " ").contains(told), "{said}");
+}
+
+/// Noise of the acceleration does not change a score of spacings: no verb warns of it, and no pair is doubtful.
+#[test]
+fn noise_of_a_signal_that_is_not_compared_is_no_fault() {
+    let folder = scratch("one_driver", "not_compared");
+    let files = noisy(&folder);
+    let run = |kind: &str, gof: &str| {
+        let out = folder.join(format!("{kind}_{gof}"));
+        let given = ["calibrate", text(&files[0]), text(&files[1]), kind, "--model", "idm", "--bounds", "human"];
+        let more = ["--gof", gof, "--max-evaluations", "300", "--no-intervals", "--out", text(&out)];
+        let output = leadlag(&[&given[..], &more].concat());
+        let page = out.with_extension("html");
+        ok(&["report", text(&out), "-o", text(&page)]);
+        // Behind the text comes the result itself, with every finding.
+        let page = std::fs::read_to_string(page).expect("written");
+        let (page, _) = page.split_once("<script").expect("there are charts");
+        (stderr(&output) + &stdout(&output) + page).to_lowercase()
+    };
+    for kind in ["--all", "--joint"] {
+        for (gof, is_told) in [("nrmse-sva", true), ("rmse-a", true), ("rmse-s", false), ("u-sv", false)] {
+            let said = run(kind, gof);
+            assert_eq!(said.contains("noisy"), is_told, "{kind} {gof}: {said}");
+            // A fleet names it in one line.
+            let is_told = is_told && kind == "--joint";
+            assert_eq!(said.contains("the acceleration of the follower"), is_told, "{kind} {gof}: {said}");
+        }
+    }
+    assert!(ok(&["inspect", text(&files[0])]).contains("the acceleration of the follower"));
 }
 
 /// One drive of another driver among several is reported, too.

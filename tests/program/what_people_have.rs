@@ -182,6 +182,38 @@ fn the_pieces_of_a_table_are_calibrated_jointly_or_one_by_one() {
     assert!(code == 2 && said.contains("no trajectory 9; the file has 0, 1, 2, 3"), "{said}");
 }
 
+/// Pauses cut the drives of two followers; every verb that takes all of them says that only the longest pieces are used.
+#[test]
+fn pieces_that_are_left_out_are_counted() {
+    const MAP: &str = "rows = \"vehicles\"
+length = 4.6
+nobody = [\"0\"]
+[columns]
+time = { name = \"t\" }
+id = { name = \"id\" }
+ahead = { name = \"ahead\" }
+position = { name = \"x\" }
+speed = { name = \"v\" }
+";
+    let mut table = "t,id,ahead,x,v\n".to_owned();
+    for [t, v_l, x_l, v_f, x_f, _] in drive(40.0) {
+        writeln!(table, "{t:.1},1,0,{x_l:.4},{v_l:.4}\n{t:.1},2,1,{x_f:.4},{v_f:.4}").unwrap();
+        if ![10.0..14.0, 30.0..32.0].iter().any(|pause| pause.contains(&t)) {
+            writeln!(table, "{t:.1},3,2,{:.4},{v_f:.4}", x_f - 30.0).unwrap();
+        }
+    }
+    let folder = write("cut", &[("table.csv", &table), ("map.toml", MAP)]);
+    let (file, map) = (folder.join("table.csv"), folder.join("map.toml"));
+    let told = "2 pieces of 1 drive left out: long gaps cut a drive into pieces, of which only the longest is used; a longer --max-gap";
+    for kind in ["--joint", "--all"] {
+        let (done, said) = calibrate(&[text(&file)], &[kind, "--columns", text(&map)], &folder.join(kind));
+        assert!(done && said.contains(told), "{kind}: {said}");
+        let whole = [kind, "--columns", text(&map), "--max-gap", "6"];
+        let (done, said) = calibrate(&[text(&file)], &whole, &folder.join(format!("{kind}_whole")));
+        assert!(done && !said.contains("left out"), "{kind}: {said}");
+    }
+}
+
 #[test]
 fn a_follower_is_chosen_by_the_name_of_its_car() {
     let mut text_ = "Date,1,2,2020\nVehicle_order,Audi(A8),Tesla(Model3),BMW(X5)\nNumber_of_vehicles,3\nACC,1\nDistance_setting,S\n\

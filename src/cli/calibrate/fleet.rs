@@ -8,7 +8,7 @@ use crate::api::Calibration;
 use crate::api::bounds::origin;
 use crate::api::error::Usage;
 use crate::api::fleet::{HeldBack, Pairs, files, settings};
-use crate::api::reading::Loaded;
+use crate::api::reading::{Loaded, Reading};
 use crate::api::warnings;
 use crate::catalog::Variant;
 use crate::evaluator::Evaluator;
@@ -40,10 +40,7 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
         [TABLES.as_slice(), &[folder::FLEET, folder::RUN, JOURNAL]].concat().contains(&name)
     })?;
     let (found, holdout) = read(args, &settings, &inputs)?;
-    if found.pairs.iter().all(|pair| pair.drive.is_err()) {
-        let first = found.pairs.first().and_then(|pair| Some((pair.place(), pair.drive.as_ref().err()?.clone())));
-        return Err(found.none_usable(first));
-    }
+    found.check()?;
     let Pairs { pairs, unreadable, .. } = found;
     output::make_folder(&args.out)?;
     let misfit = |row: &Row| settings.misfit(row, pairs.len());
@@ -63,6 +60,8 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
         .map(|pair| (pair.name.as_str(), pair.drive.as_ref().ok().and_then(|drive| drive.trajectory.driver())));
     let comparison = fleet::compare(&pairs, &settings, &rows)?;
     let file = FleetFile::of(&pairs, &settings, &rows, &comparison, holdout, origin(&args.bounds, names));
+    let Reading { columns, vehicle, .. } = args.data.reading();
+    let file = FleetFile { columns, vehicle, ..file };
     write(&args.out, &file, &pairs, &settings, &rows, &comparison)?;
     output::print(&if args.json { file.to_json() } else { text(&file) })?;
     let seconds = started.elapsed().as_secs_f64();
@@ -82,14 +81,16 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
     let of_files =
         |files: &[PathBuf]| Pairs::of_files(&reading, files, args.follower.as_deref(), needing, &interrupt::asked);
     let mut pairs = of_files(files)?;
-    pairs.left_out.iter().chain(&pairs.doubtful()).chain(&pairs.repeated()).for_each(|text| warn(text));
+    pairs.besides().iter().chain(&pairs.doubtful()).for_each(|text| warn(text));
     let held = match HeldBack::of(&args.holdout, files)? {
         None => None,
         Some(HeldBack::Share(share)) => {
             Some((Held::Share(share), format!("the last {} % of each drive", 100.0 * share)))
         }
         Some(HeldBack::Files(held)) => {
-            Some((Held::Pairs(of_files(&held)?.pairs), format!("the drives of {}", args.holdout.join(", "))))
+            let held = of_files(&held)?;
+            held.check().map_err(|error| anyhow::anyhow!("--holdout: {error:#}"))?;
+            Some((Held::Pairs(held.pairs), format!("the drives of {}", args.holdout.join(", "))))
         }
     };
     let holdout = match held {

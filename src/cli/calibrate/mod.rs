@@ -12,8 +12,9 @@ use super::{folder, interrupt, is_usage, output};
 use crate::api::calibration::{Calibration, Prepared};
 use crate::api::error::Usage;
 use crate::api::fleet::{HeldBack, files};
+use crate::api::folds;
 use crate::api::once::once;
-use crate::api::reading::{Input, Loaded};
+use crate::api::reading::{Input, Loaded, Reading};
 use crate::api::warnings;
 use crate::catalog::Variant;
 use crate::evaluator::Evaluator;
@@ -109,7 +110,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 /// The trajectories of one file: the chosen one, or each requested one, or with --joint every one.
 fn load(args: &Args, file: &Path, model: &Variant) -> anyhow::Result<Vec<Loaded>> {
-    let (reading, follower) = (args.data.reading(), args.follower.as_deref());
+    let reading = Reading { measure: Some(args.gof()?), ..args.data.reading() };
+    let follower = args.follower.as_deref();
     if args.joint {
         return reading.joint(Input::File(file), follower, model, &mut |text| warn(&text));
     }
@@ -198,7 +200,7 @@ fn one(
         match scores {
             Ok(Some(scores)) => result.held_back = Some(scores),
             Ok(None) => warn("--folds: interrupted; the result has no scores of left-out drivers"),
-            Err(error) => warn(&format!("--folds: {error:#}; the result has no scores of left-out drivers")),
+            Err(error) => warn(&folds::lost(&error)),
         }
     }
     result.compared = if interrupt::asked() { None } else { calibration.compared(loaded, &mut |_| interrupt::go_on()) };

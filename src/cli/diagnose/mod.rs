@@ -168,7 +168,7 @@ fn of_fleet(args: &Args, variant: Variant, causes: &[&'static Extension]) -> any
     let needing = Some(&variant).filter(|variant| variant.needs_vehicle());
     let follower = args.follower.as_deref();
     let pairs = Pairs::of_files(&args.prepare.reading(), &files(&inputs)?, follower, needing, &interrupt::asked)?;
-    pairs.left_out.iter().chain(&pairs.repeated()).for_each(|text| warn(text));
+    pairs.besides().iter().for_each(|text| warn(text));
     let mut bar = bar::Bar::new();
     let found = args.asked(variant, causes, &bounds).of_fleet(&pairs, &mut |progress| bar.update(&progress));
     bar.finish();

@@ -167,7 +167,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     in_short(&study).lines().for_each(|line| eprintln!("{line}"));
     [taken_for_one(&study), same_data(&study), not_validated(&study)].iter().flatten().for_each(|note| warn(note));
     for drive in &study.drives {
-        drive.trajectory.faults().for_each(|fault| warn(&format!("{}: {fault}", drive.entry.label())));
+        let minds = |kind| study.plan.calibration.gofs.iter().any(|gof| gof.minds(kind));
+        drive.trajectory.faults_of(minds).for_each(|fault| warn(&format!("{}: {fault}", drive.entry.label())));
     }
     let tasks = study.tasks();
     let before = Folder::open(&out).and_then(|folder| folder.tasks()).unwrap_or_default();

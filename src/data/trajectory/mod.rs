@@ -14,6 +14,7 @@ pub mod savitzky_golay;
 pub mod soundness;
 mod split;
 mod steps;
+mod treatment;
 
 pub use error::{Faults, ImportError, PrepareError};
 pub use grade::Grade;
@@ -21,7 +22,8 @@ pub use import::Layout;
 pub use inspect::{Inspection, inspect};
 pub use note::Note;
 pub use prepare::{Preparation, Reconcile, Stretch, prepare, prepare_platoon};
-pub use soundness::Finding;
+pub use soundness::{Finding, FindingKind};
+pub use treatment::Treatment;
 
 /// Source of data: enough to find the file again and to notice a change.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
@@ -276,9 +278,15 @@ impl Trajectory {
         })
     }
 
-    /// Faults of the data that change the calibration, or were corrected, one line each.
-    pub fn faults(&self) -> impl Iterator<Item = String> + '_ {
-        self.findings().filter(|finding| finding.matters || finding.correction.is_some()).map(Finding::told)
+    /// Faults of the data that change the calibration or were corrected, one line each.
+    pub fn faults(&self) -> impl Iterator<Item = String> {
+        self.faults_of(|_| true)
+    }
+
+    /// The same of some kinds.
+    pub fn faults_of(&self, of: impl Fn(FindingKind) -> bool) -> impl Iterator<Item = String> {
+        let counts = move |finding: &&Finding| of(finding.kind) && (finding.matters || finding.correction.is_some());
+        self.findings().filter(counts).map(Finding::told)
     }
 
     /// True if there is no sample (never in a prepared trajectory).

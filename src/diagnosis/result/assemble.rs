@@ -5,7 +5,7 @@ use super::diagnosis::FindingEntry;
 use super::{
     CorrelationEntry, DataEntry, DriveScore, IdentifiabilityEntry, KnowledgeEntry, ReplicateEntry, ResultFile,
 };
-use super::{SCHEMA_VERSION, Scores, Treatment, VehicleEntry};
+use super::{SCHEMA_VERSION, Scores, VehicleEntry};
 use crate::calibrate::{Calibration, Replicate, SearchSpace, best, coefficient_of_variation};
 use crate::catalog::Variant;
 use crate::evaluator::Evaluator;
@@ -17,7 +17,7 @@ use crate::score::{GoodnessOfFit, Measures};
 use crate::statistics::upper_median;
 use crate::symbols::Parameters;
 use crate::symbols::Symbol;
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Finding, Trajectory, Treatment};
 use crate::vehicle::Vehicle;
 use indexmap::IndexMap;
 
@@ -177,7 +177,13 @@ impl Calibrated<'_> {
             window_s: [trajectory.t[0], trajectory.t[trajectory.len() - 1]],
             first_scored: case.first_sample(case.delay(parameters)),
             preparation: trajectory.preparation().map(ToString::to_string).collect(),
-            findings: FindingEntry::of(trajectory),
+            findings: trajectory
+                .findings()
+                .map(|finding| {
+                    let matters = finding.matters && self.gof.minds(finding.kind);
+                    FindingEntry::new(trajectory, &Finding { matters, ..finding.clone() })
+                })
+                .collect(),
             treatment: Treatment::of(trajectory),
             grade: trajectory.grade.as_ref().filter(|_| case.variant.needs_grade()).and_then(|g| g.source.clone()),
         };

@@ -12,7 +12,7 @@ use crate::extension::Extension;
 use crate::identify::Knowledge;
 use crate::simulate::CalibratedVariant;
 use crate::symbols::{Parameters, Symbol};
-use crate::trajectory::{Note, Source, Trajectory};
+use crate::trajectory::{Source, Treatment};
 use crate::wgsl::{extension_named, read_extension};
 use indexmap::IndexMap;
 use serde::{Deserialize, Serialize};
@@ -214,40 +214,6 @@ impl Scores {
             folds: None,
             drives,
         }
-    }
-}
-
-/// Treatment of data: results with different treatments are not comparable.
-#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
-pub struct Treatment {
-    /// Smoothed as the paper's authors did.
-    pub smoothed: bool,
-    /// Time step \[s\].
-    pub step_s: f64,
-    /// The reference of the spacing.
-    pub spacing_from: String,
-}
-
-impl Treatment {
-    /// The treatment of a trajectory.
-    #[must_use]
-    pub fn of(trajectory: &Trajectory) -> Treatment {
-        let anchor = trajectory.notes.iter().find_map(|note| match note {
-            Note::Reconciled { anchor, .. } => Some(anchor.clone()),
-            _ => None,
-        });
-        Treatment {
-            smoothed: trajectory.notes.iter().any(|note| matches!(note, Note::Smoothed { .. })),
-            step_s: trajectory.dt,
-            spacing_from: anchor.unwrap_or_default(),
-        }
-    }
-}
-
-impl std::fmt::Display for Treatment {
-    fn fmt(&self, f: &mut std::fmt::Formatter<'_>) -> std::fmt::Result {
-        let smoothed = if self.smoothed { "smoothed" } else { "not smoothed" };
-        write!(f, "{smoothed}, step {} s, spacing from {}", self.step_s, self.spacing_from)
     }
 }
 

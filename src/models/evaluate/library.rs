@@ -4,7 +4,9 @@ use super::Settings;
 use crate::catalog::{Constraint, Variant};
 use crate::evaluator::{Case, CaseError};
 use crate::trajectory::import::{ColumnMap, read_mapped};
-use crate::trajectory::{ImportError, Layout, Preparation, PrepareError, Recording, Source, import, prepare};
+use crate::trajectory::{
+    ImportError, Layout, Preparation, PrepareError, Recording, Source, Treatment, import, prepare,
+};
 use crate::vehicle::{Vehicle, VehicleError, read_table};
 use std::collections::{HashMap, HashSet};
 use std::path::{Path, PathBuf};
@@ -154,6 +156,10 @@ pub struct Library {
     used: HashSet<(String, bool)>,
     /// Models that a table may name besides those that have a name everywhere, each with the upper bound of the delay of its extensions.
     models: HashMap<String, (Variant, Option<f64>)>,
+    /// The car of every follower, instead of the one that is called as the follower is.
+    vehicle: Option<Vehicle>,
+    /// The treatment of the data of the calibration that made the rows.
+    treatment: Option<Treatment>,
 }
 
 /// Largest number of printed warnings about rows.
@@ -164,6 +170,16 @@ impl Library {
     /// \[s\].
     pub fn know(&mut self, name: String, variant: Variant, delay_upper: Option<f64>) {
         self.models.insert(name, (variant, delay_upper));
+    }
+
+    /// Gives every follower this car.
+    pub fn drive_with(&mut self, vehicle: Vehicle) {
+        self.vehicle = Some(vehicle);
+    }
+
+    /// Warns of data that are treated otherwise.
+    pub fn expect(&mut self, treatment: Option<Treatment>) {
+        self.treatment = treatment;
     }
 
     /// The model of this name, if it was added.
@@ -209,6 +225,8 @@ impl Library {
             sources,
             used,
             models: HashMap::new(),
+            vehicle: None,
+            treatment: None,
         })
     }
 
@@ -340,7 +358,10 @@ impl Library {
         let trajectory = &segments.swap_remove(longest);
         self.notes.extend(trajectory.preparation().map(|note| format!("{}: {note}", trajectory.label)));
         self.faults.extend(trajectory.faults().map(|fault| format!("{}: {fault}", trajectory.label)));
-        let vehicle = self.vehicles.iter().find(|v| v.is_called(&trajectory.name));
+        let told = self.treatment.as_ref().and_then(|then| then.differs(&Treatment::of(trajectory)));
+        told.into_iter().for_each(|told| self.doubt(format!("these parameters were {told}")));
+        let by_name = || self.vehicles.iter().find(|v| v.is_called(&trajectory.name));
+        let vehicle = self.vehicle.as_ref().or_else(by_name);
         let any = Variant::from_id(1).expect("variant 1 exists");
         Ok(Case::new(trajectory, any, vehicle, settings.convention, settings.tau_p_upper)?)
     }

@@ -5,6 +5,7 @@ mod measure;
 pub use measure::{MEASURES, Measure, SignalMeasures};
 
 use crate::text::spelling::did_you_mean;
+use crate::trajectory::FindingKind;
 use std::fmt;
 use std::str::FromStr;
 use std::sync::LazyLock;
@@ -272,6 +273,12 @@ impl GoodnessOfFit {
             norm.rms_measured[i] = m.rms();
         }
         norm
+    }
+
+    /// Whether faults of this kind change its value: noise of the acceleration does only if the acceleration is compared.
+    #[must_use]
+    pub fn minds(&self, kind: FindingKind) -> bool {
+        kind != FindingKind::Noisy || self.weights[Signal::Acceleration as usize] != 0.0
     }
 
     /// NRMSE(s,v,a) with unit weights, the objective of the paper.

@@ -250,9 +250,9 @@ const CHANCE: f64 = 4.0;
 /// The missing acceleration in words.
 fn acceleration(missing: &Profiles) -> String {
     // The classes of a place have a few blocks each, too few for a test. The correlation between drives is one.
-    let is_clear = |profile: &&Profile| match profile.name == PLACE && missing.repeats_by_chance.is_some() {
-        true => missing.repeats().is_some(),
-        false => profile.chi2 > CHANCE,
+    let is_clear = |profile: &&Profile| match profile.name.as_str() {
+        PLACE => missing.repeats().is_some(),
+        _ => profile.chi2 > CHANCE,
     };
     let clear: Vec<String> = missing
         .profiles

@@ -13,7 +13,7 @@ use crate::fleet::{
 };
 use crate::identify::{SHORT, SHORT_S};
 use crate::result::ExtensionEntry;
-use crate::trajectory::Source;
+use crate::trajectory::{Source, Treatment};
 use indexmap::IndexMap;
 
 /// `fleet.json`: data, settings and summary. The rows are in `parameters.csv`.
@@ -34,6 +34,15 @@ pub struct FleetFile {
     pub reasons: IndexMap<String, usize>,
     /// The convention.
     pub convention: String,
+    /// The column map, if the files have one: the name of a built-in one, or a file.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub columns: Option<String>,
+    /// The car of all followers, if it was given: `NAME` or `FILE#NAME`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub vehicle: Option<String>,
+    /// The treatment of the first drive.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub treatment: Option<Treatment>,
     /// The algorithm.
     pub optimizer: String,
     /// The seed.
@@ -75,8 +84,9 @@ impl FleetFile {
         holdout: Option<String>,
         bounds_from: String,
     ) -> FleetFile {
+        let sound = || pairs.iter().filter_map(|pair| pair.drive.as_ref().ok());
         let mut data: Vec<Source> = Vec::new();
-        for drive in pairs.iter().filter_map(|pair| pair.drive.as_ref().ok()) {
+        for drive in sound() {
             let source = &drive.trajectory.source;
             if data.last() != Some(source) && !data.contains(source) {
                 data.push(source.clone());
@@ -86,7 +96,10 @@ impl FleetFile {
         for row in rows {
             if let Err(reason) = &row.found {
                 let first = reason.lines().next().unwrap_or_default();
-                let told = first.strip_prefix(&pairs[row.place.pair].file).unwrap_or(first);
+                let Pair { file, drive, .. } = &pairs[row.place.pair];
+                let label = drive.as_ref().map_or(file, |drive| &drive.trajectory.label);
+                let told =
+                    first.strip_prefix(file.as_str()).or_else(|| first.strip_prefix(label.as_str())).unwrap_or(first);
                 *reasons.entry(kind(told.trim_start_matches([':', ' ']))).or_default() += 1;
             }
         }
@@ -103,9 +116,8 @@ impl FleetFile {
                 own.push(entry);
             }
         }
-        let mut drives = pairs.iter().filter_map(|pair| pair.drive.as_ref().ok());
         let short =
-            settings.intervals && drives.any(|drive| drive.trajectory.len() as f64 * drive.trajectory.dt < SHORT_S);
+            settings.intervals && sound().any(|drive| drive.trajectory.len() as f64 * drive.trajectory.dt < SHORT_S);
         FleetFile {
             schema_version: SCHEMA_VERSION,
             program: crate::calibrate::PROGRAM.clone(),
@@ -113,11 +125,14 @@ impl FleetFile {
             pairs: pairs.len(),
             doubtful: pairs
                 .iter()
-                .map(|pair| (pair.place(), pair.doubts()))
+                .map(|pair| (pair.place(), pair.doubts(&settings.measures)))
                 .filter(|(_, kinds)| !kinds.is_empty())
                 .collect(),
             reasons,
             convention: settings.convention.to_string(),
+            columns: None,
+            vehicle: None,
+            treatment: sound().next().map(|drive| Treatment::of(&drive.trajectory)),
             optimizer: settings.calibration.optimizer.runs().to_owned(),
             seed: settings.calibration.seed,
             max_evaluations: settings.max_evaluations,

@@ -2,7 +2,7 @@
 
 use super::budget::budget;
 use super::sumo::sumo;
-use super::{Chart, MadeBy, Page, between, escape, short, within};
+use super::{Chart, MadeBy, Page, between, drives, escape, short, within};
 use crate::diagnose::describe::error_breakdown::Budget;
 use crate::identify::CONFIDENCE;
 use crate::report::panel::{Panel, Series, Style};
@@ -90,7 +90,8 @@ pub fn calibration(
         .collect();
     let warning = result.drivers.as_ref().filter(|told| is_new(told));
     let warning = warning.map_or(String::new(), |told| box_of("Not one driver", told));
-    page.finish(&format!("Calibration of {}", result.model()), &format!("{lead}{faults}{warning}"), twin, made)
+    let on = drives(result.data.iter().map(|data| (data.path.as_str(), data.name.as_str())));
+    page.finish(&format!("Calibration of {}{on}", result.model()), &format!("{lead}{faults}{warning}"), twin, made)
 }
 
 /// Errors of the simulation, in the units of the signals and in per cent of their size.

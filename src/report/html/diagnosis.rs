@@ -1,7 +1,7 @@
 //! The report of a diagnosis: the chain of evidence in words and pictures.
 
 use super::budget::budget;
-use super::{Chart, MadeBy, Page, between, escape, short};
+use super::{Chart, MadeBy, Page, between, drives, escape, short};
 use crate::diagnose::describe::gain::Gain;
 use crate::internal::judge::Check;
 use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, meaning};
@@ -34,7 +34,9 @@ pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -
         if outcome.recommended.is_some() { " recommended" } else { "" },
         rest.join(" ")
     );
-    page.finish(format!("Diagnosis of {base}").trim_end_matches(" of "), &lead, &outcome.to_json(), made)
+    let on = drives(outcome.data.iter().map(|data| (data.path.as_str(), data.name.as_str())));
+    let title = format!("Diagnosis of {base}").trim_end_matches(" of ").to_owned() + &on;
+    page.finish(&title, &lead, &outcome.to_json(), made)
 }
 
 /// The errors of the base model, and their breakdown.

@@ -17,11 +17,18 @@ pub use diagnosis::diagnosis;
 pub use made_by::{MadeBy, RUN_VERSION};
 pub(in crate::internal::report) use table::is_formula;
 
+use crate::trajectory::driver_id;
+use std::path::Path;
+
 const UPLOT_JS: &str = include_str!("../../../assets/uplot/uPlot.iife.min.js");
 const UPLOT_CSS: &str = include_str!("../../../assets/uplot/uPlot.min.css");
 const UPLOT_LICENCE: &str = include_str!("../../../assets/uplot/LICENSE");
 const REPORT_JS: &str = include_str!("../../../assets/report/report.js");
 const REPORT_CSS: &str = include_str!("../../../assets/report/report.css");
+
+/// uPlot formats numbers in the language of the browser, and a Chromium of the locale C names one that does not exist.
+const LANGUAGE_JS: &str = "try { new Intl.NumberFormat(navigator.language); } catch { \
+                           Object.defineProperty(navigator, \"language\", { value: \"en\", configurable: true }); }";
 
 /// Content security policy of a page: only its own content, even if texts of a result contain addresses.
 const POLICY: &str = "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; img-src data:; base-uri 'none'; \
@@ -111,13 +118,27 @@ impl Page {
              <details><summary>Licence of uPlot</summary><pre>{licence}</pre></details></footer>\n\
              <script type=\"application/json\" id=\"result\">{twin}</script>\n\
              <script type=\"application/json\" id=\"charts\">{charts}</script>\n\
-             <script>{UPLOT_JS}</script>\n<script>{REPORT_JS}</script></body></html>\n",
+             <script>{LANGUAGE_JS}</script>\n<script>{UPLOT_JS}</script>\n<script>{REPORT_JS}</script></body></html>\n",
             title = escape(title),
             body = self.body,
             licence = escape(UPLOT_LICENCE),
             twin = unscripted(twin),
             charts = unscripted(&charts),
         )
+    }
+}
+
+/// The end of a title: the file and the driver of one drive, or the number of several drives, by their paths and names.
+fn drives<'a>(of: impl ExactSizeIterator<Item = (&'a str, &'a str)>) -> String {
+    let count = of.len();
+    let mut of = of;
+    match (of.next(), count) {
+        (Some((path, name)), 1) => {
+            let file = Path::new(path).file_name().map_or(path.into(), |file| file.to_string_lossy());
+            driver_id(name, None).map_or_else(|| format!(" on {file}"), |id| format!(" on {file}, {id}"))
+        }
+        (Some(_), count) => format!(" on {count} drives"),
+        (None, _) => String::new(),
     }
 }
 

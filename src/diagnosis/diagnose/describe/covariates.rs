@@ -26,7 +26,8 @@ pub struct Covariates {
     pub a_l: Vec<f64>,
     /// Sine of the grade under the follower, if the road is known.
     pub sin_grade: Option<Vec<f64>>,
-    /// Position on the road \[m\], modulo the lap, if positions or the grade are measured; otherwise every drive begins at 0.
+    /// Position on the road \[m\], modulo the lap, if positions are measured or the grade repeats after a lap; otherwise every drive begins
+    /// at 0, and this is the distance driven.
     pub place: Option<Vec<f64>>,
 }
 
@@ -47,7 +48,7 @@ impl Covariates {
             dv: v_l.iter().zip(&trajectory.v_f).map(|(v_l, v)| v_l - v).collect(),
             a: slopes(&trajectory.v_f, trajectory.dt),
             a_l: slopes(v_l, trajectory.dt),
-            place: (trajectory.is_placed || sin_grade.is_some()).then(|| drive.x_road.iter().map(wrapped).collect()),
+            place: (trajectory.is_placed || lap.is_some()).then(|| drive.x_road.iter().map(wrapped).collect()),
             sin_grade,
         }
     }

@@ -14,9 +14,9 @@ const CLASS_MIN_S: f64 = 5.0;
 /// Places that two drives must share before their profiles are compared.
 const COMMON_PLACES: usize = 10;
 
-/// Correlations above this many standard deviations are not chance: at most one in twenty pairs of unrelated profiles exceeds it, if errors
-/// last for long.
-const NOT_CHANCE: f64 = 2.5;
+/// Correlations above this many standard deviations are not chance: fewer than one in a hundred of unrelated sets of two to five drives
+/// exceed it, however long errors last.
+const NOT_CHANCE: f64 = 2.8;
 
 /// d(t) of one drive.
 #[derive(Debug, Clone, Copy)]
@@ -69,7 +69,8 @@ pub struct Profiles {
     pub profiles: Vec<Profile>,
     /// Mean correlation between drives of the profiles by place; `None` for one drive, or without places.
     pub repeats_by_place: Option<f64>,
-    /// Standard deviation of that correlation between drives that have nothing in common.
+    /// Standard deviation of that correlation between drives that have nothing in common, of more than two drives that of a symmetric
+    /// distribution with the same upper tail.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub repeats_by_chance: Option<f64>,
 }
@@ -205,7 +206,22 @@ fn repeats_by_place(drives: &[Missing]) -> Option<(f64, f64)> {
     let count = found.len() as f64;
     let sum = |of: fn(&[f64; 2]) -> f64| found.iter().map(of).sum::<f64>();
     // The correlations of unrelated drives are uncorrelated, also of two pairs with a drive in common.
-    (!found.is_empty()).then(|| (sum(|[r, _]| *r) / count, sum(|[_, variance]| *variance).sqrt() / count))
+    let variance = sum(|[_, variance]| *variance);
+    let chance = variance.sqrt() / count * widening(all.len() as f64, variance / count);
+    (!found.is_empty()).then(|| (sum(|[r, _]| *r) / count, chance))
+}
+
+/// How much further than that of a normal distribution the upper tail of a mean correlation reaches. Between the pairs of three drives the
+/// correlations are uncorrelated, but the mean of their product is the square of their variance: the mean of many is skewed. By Wilson and
+/// Hilferty (1931), for a gamma distribution of that skewness.
+fn widening(drives: f64, variance: f64) -> f64 {
+    let [pairs, triples] = [drives * (drives - 1.0) / 2.0, drives * (drives - 1.0) * (drives - 2.0) / 6.0];
+    let skewness = 6.0 * triples * pairs.powf(-1.5) * variance.sqrt();
+    if skewness < 1e-6 {
+        return 1.0;
+    }
+    let cube = (1.0 + skewness * NOT_CHANCE / 6.0 - skewness * skewness / 36.0).powi(3);
+    2.0 / skewness * (cube - 1.0) / NOT_CHANCE
 }
 
 /// Correlation of two series, and its variance if they are unrelated, by Bartlett's formula: the sum of the products of their

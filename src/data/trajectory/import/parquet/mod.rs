@@ -13,10 +13,11 @@ use parquet::file::reader::{FileReader, SerializedFileReader};
 use parquet::record::reader::RowIter;
 use parquet::record::{Field, Row};
 use parquet::schema::types::Type;
+use std::cell::Cell;
 use std::fs::File;
 use std::io::{self, Read};
-use std::panic::{AssertUnwindSafe, catch_unwind};
-use std::sync::Arc;
+use std::panic::{self, AssertUnwindSafe, catch_unwind};
+use std::sync::{Arc, Once};
 
 /// First bytes of a Parquet file.
 pub(super) const MAGIC: [u8; 4] = *b"PAR1";
@@ -123,9 +124,26 @@ fn refuse_ranges(metadata: &ParquetMetaData, length: u64, dictionaries: &Diction
     Ok(())
 }
 
+thread_local! {
+    /// Whether this thread is in the library, whose panics become errors and are not printed.
+    static IN_LIBRARY: Cell<bool> = const { Cell::new(false) };
+}
+
 /// Result of the Parquet library, which panics on some contradictory contents.
 fn of_library<T, E: std::fmt::Display>(read: impl FnOnce() -> Result<T, E>) -> Result<T, String> {
-    match catch_unwind(AssertUnwindSafe(read)) {
+    static QUIET: Once = Once::new();
+    QUIET.call_once(|| {
+        let print = panic::take_hook();
+        panic::set_hook(Box::new(move |what| {
+            if !IN_LIBRARY.get() {
+                print(what);
+            }
+        }));
+    });
+    IN_LIBRARY.set(true);
+    let read = catch_unwind(AssertUnwindSafe(read));
+    IN_LIBRARY.set(false);
+    match read {
         Ok(read) => read.map_err(|error| error.to_string()),
         Err(_) => Err("its contents contradict each other".to_owned()),
     }
