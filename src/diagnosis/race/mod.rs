@@ -418,11 +418,8 @@ fn round(
         Some(named) if request.named.is_empty() => &named.causes,
         _ => request.named,
     };
-    let asked: Vec<Vec<Check>> = entered
-        .iter()
-        .zip(&found.rows)
-        .map(|(entry, evidence)| checks(policy, own, entry, evidence, &causes))
-        .collect();
+    let asked: Vec<Vec<Check>> =
+        entered.iter().zip(&found.rows).map(|(entry, evidence)| checks(policy, own, entry, evidence, causes)).collect();
     for ((entry, evidence), checks) in entered.iter().zip(&found.rows).zip(&asked) {
         answer.tried.trials.push(trial(entry, evidence, checks));
     }

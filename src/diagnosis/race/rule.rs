@@ -21,7 +21,7 @@ pub fn checks(
     let is_named = |cause: &&&'static Extension| named.iter().any(|named| named.family() == cause.family());
     let share_named = added.iter().filter(is_named).count() as f64 / added.len().max(1) as f64;
     vec![
-        Check::at_least("share of its causes that the race names", share_named, policy.named),
+        Check::at_least("share of its causes of named families", share_named, policy.named),
         Check::at_most("probability by chance", evidence.p, policy.chance),
         Check::at_least("gain over whole drives, in standard errors", whole.t, policy.whole_drives),
         Check::at_most(
