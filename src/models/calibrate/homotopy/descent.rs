@@ -28,6 +28,12 @@ const PROMISED: f64 = 0.1;
 /// The least curvature of a coordinate, as a share of the largest.
 const LEAST: f64 = 1e-6;
 
+/// Distance beyond which points are apart.
+pub const APART: f64 = 0.15;
+/// Two points have met if their costs differ by less than the first share and their coordinates by less than [`APART`], or their costs by
+/// less than the second share.
+const MET: [f64; 2] = [3e-3, 1e-6];
+
 /// Lowest cost of interest.
 #[derive(Debug, Clone, Copy)]
 pub struct Course {
@@ -57,6 +63,13 @@ pub struct Walker {
 impl Walker {
     fn new(place: Vec<f64>) -> Walker {
         Walker { place, cost: f64::INFINITY, promise: f64::INFINITY, damping: 1.0, idle: 0, stands: false }
+    }
+
+    /// True if it has met another point that is no worse.
+    pub fn has_met(&self, other: &Walker) -> bool {
+        let behind = self.cost - other.cost;
+        let farthest = self.place.iter().zip(&other.place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
+        behind <= MET[0] * other.cost && farthest < APART || behind <= MET[1] * other.cost
     }
 
     /// The points to try, and the gain that the first of them promises.

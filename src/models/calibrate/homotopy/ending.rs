@@ -2,7 +2,6 @@
 
 use super::descent::{Course, Shared, Walker, Watch, descend_on};
 use super::record::{LAST, Record};
-use super::round::has_met;
 use super::{AGREEMENT, FLOOR, Search};
 use crate::calibrate::search::NEAR;
 use crate::calibrate::{CalibrateError, StopReason, merit};
@@ -121,7 +120,7 @@ impl Search<'_> {
     fn met(&self, walker: &Walker) -> Option<f64> {
         let basins = self.basins.iter().filter(|basin| {
             let ahead = basin.entry.cost - walker.cost;
-            ahead <= AGREEMENT * basin.entry.cost && has_met(walker, &basin.entry)
+            ahead <= AGREEMENT * basin.entry.cost && walker.has_met(&basin.entry)
         });
         basins.map(|basin| basin.end.score).min_by(f64::total_cmp)
     }

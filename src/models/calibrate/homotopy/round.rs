@@ -1,7 +1,7 @@
 //! One search: from random points down into the basins that it finds.
 
 use super::Search;
-use super::descent::{Course, Shared, Walker, Watch, descend_on, turn};
+use super::descent::{APART, Course, Shared, Walker, Watch, descend_on, turn};
 use super::ending::pulled;
 use super::record::Record;
 use crate::calibrate::CalibrateError;
@@ -12,11 +12,10 @@ use rand::RngExt;
 /// Number of random points at the start of a search, and the share of all evaluations that they may use.
 const SCREENED: usize = 96;
 const SCREENING: f64 = 0.25;
-/// Number of these that descend, without a pull and under one, which brings them together; and their least distance, as a root mean square
-/// over the coordinates.
+/// Number of these that descend, without a pull and under one, which brings them together; their root mean square distance over the
+/// coordinates is at least [`APART`].
 const STARTS: usize = 10;
 const PULLED: usize = 6;
-const APART: f64 = 0.15;
 /// Number of iterations for which there should be evaluations; otherwise fewer starts descend.
 const SOME_TURNS: usize = 5;
 /// Number of points that continue to the end.
@@ -34,9 +33,6 @@ const FREE_TURNS: usize = 10;
 const WEAK: f64 = 0.003;
 /// At changes to a weaker pull, points whose cost exceeds this multiple of the best are dropped.
 const BEHIND: [f64; 2] = [1.5, 1.25];
-/// Two points have met if their costs differ by less than the first share and their coordinates by less than [`APART`], or their costs by
-/// less than the second share.
-const MET: [f64; 2] = [3e-3, 1e-6];
 
 /// How points descend.
 #[derive(Debug, Clone, Copy)]
@@ -152,16 +148,9 @@ fn merged(mut walkers: Vec<Walker>) -> Vec<Walker> {
     walkers.sort_by(|a, b| a.cost.total_cmp(&b.cost));
     let mut kept: Vec<Walker> = Vec::new();
     for walker in walkers {
-        if !kept.iter().any(|other| has_met(&walker, other)) {
+        if !kept.iter().any(|other| walker.has_met(other)) {
             kept.push(walker);
         }
     }
     kept
-}
-
-/// True if a point has met one that is no worse.
-pub fn has_met(walker: &Walker, other: &Walker) -> bool {
-    let behind = walker.cost - other.cost;
-    let farthest = walker.place.iter().zip(&other.place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-    behind <= MET[0] * other.cost && farthest < APART || behind <= MET[1] * other.cost
 }
