@@ -77,15 +77,21 @@ fn found(hide: &str, seconds: u32) {
     assert_eq!(extended.0["extensions"][0]["name"], name.as_str());
     assert!(base.0["extensions"].as_array().is_some_and(Vec::is_empty));
     assert!(extended.1 < base.1, "on what was held back: base {}, extended {}", base.1, extended.1);
-    go_on(&folder, &diagnosis, &base.0["data"][0]["window_s"]);
+    // A recommended model is for the whole file; a named one was only tested on the training data.
+    if diagnosis["recommended"].is_null() {
+        go_on(&folder, &diagnosis["causes"], "on the training data, ", &base.0["data"][0]["window_s"]);
+    } else {
+        let whole = serde_json::json!([0.0, f64::from(seconds)]);
+        go_on(&folder, &diagnosis["recommended"]["causes"], "on whole files", &whole);
+    }
 }
 
-/// The last command of the diagnosis can be pasted into a shell, and calibrates on the training data.
-fn go_on(folder: &Path, diagnosis: &Value, trained: &Value) {
+/// The last command of the diagnosis can be pasted into a shell, and calibrates on what it says.
+fn go_on(folder: &Path, causes: &Value, on: &str, trained: &Value) {
     let said = fs::read_to_string(folder.join("diagnosis.txt")).expect("kept");
     let flat: Vec<&str> = said.split_whitespace().collect();
     assert!(flat.join(" ").contains(" s, held back from there to "), "{said}");
-    let (_, rest) = said.split_once("\nTo calibrate it on the training data, ").expect("a next command");
+    let (_, rest) = said.split_once(&format!("\nTo calibrate it {on}")).expect("a next command");
     let (_, rest) = rest.split_once(":\n  leadlag ").expect("a command");
     let typed: Vec<&str> =
         rest.split_inclusive('\n').take_while(|line| line.starts_with("    ") || rest.starts_with(line)).collect();
@@ -103,7 +109,7 @@ fn go_on(folder: &Path, diagnosis: &Value, trained: &Value) {
     let names = |list: &Value| -> Vec<String> {
         list.as_array().expect("a list").iter().map(|one| one["name"].as_str().expect("a name").to_owned()).collect()
     };
-    assert_eq!(names(&result["extensions"]), names(&diagnosis["causes"]));
+    assert_eq!(names(&result["extensions"]), names(causes));
     if result["extensions"][0]["name"] == "grade" {
         let table = result["data"][0]["grade"]["path"].as_str().expect("a table of the slope");
         assert!(table.ends_with("Slope.csv"), "{table}");
