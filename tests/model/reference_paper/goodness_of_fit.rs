@@ -4,6 +4,7 @@ use super::bench::close;
 use leadlag::internal::score::{
     Accumulation, GoodnessOfFit, Measured, Measures, SignalMeasures, denominator, is_relative,
 };
+use leadlag::internal::trajectory::FindingKind;
 
 /// Errors of spacing 1, -2, 2: squares sum to 9. Measured squares: 100 + 400 + 400 = 900, simulated: 121 + 324 + 484 = 929.
 const SPACING: ([f64; 3], [f64; 3]) = ([11.0, 18.0, 22.0], [10.0, 20.0, 20.0]);
@@ -162,6 +163,15 @@ fn eq_18_weights() {
     );
     assert_eq!(GoodnessOfFit::default(), GoodnessOfFit::NRMSE_SVA, "the paper's objective");
     check(false, &[("nrmse-sva", GoodnessOfFit::NRMSE_SVA.of(&measures(false)))]);
+}
+
+#[test]
+fn noise_of_the_acceleration_counts_if_it_is_compared() {
+    for (name, counts) in [("nrmse-sva", true), ("rmse-a:0.005", true), ("rmse-sv", false)] {
+        let gof: GoodnessOfFit = name.parse().expect("a goodness of fit");
+        assert_eq!(gof.minds(FindingKind::Noisy), counts, "{name}");
+        assert!(gof.minds(FindingKind::SpeedScale), "{name}");
+    }
 }
 
 #[test]

@@ -33,6 +33,17 @@ fn paper_starts_as_measured_and_the_loop_fails() {
     }
 }
 
+/// At a step of 0.1 s, 0.25 s end within the third interval, and 0.3 s with it.
+#[test]
+fn a_history_is_measured() {
+    let case = case("idm", &steady([30.0, 20.0, 20.0]), Convention::PAPER);
+    assert_eq!(case.dt, 0.1);
+    for (history, earliest) in [(None, 1), (Some(0.25), 4), (Some(0.3), 4), (Some(0.05), 2)] {
+        let case = case.clone().with_history(history).expect("enough samples");
+        assert_eq!(case.earliest, earliest, "{history:?} s");
+    }
+}
+
 #[test]
 fn authors_start_where_the_radicand_is_zero() {
     // 4 + 2*(2*S' - 16 + 4) = 0: S' = 5, so s' = d_0 + S' = 7: the start is 2 m further back.
