@@ -143,7 +143,7 @@ impl Answer {
     }
 }
 
-/// True for a cause that does not depend on a time of one drive.
+/// True if a cause does not depend on a time of one drive.
 fn lasts(cause: &Extension) -> bool {
     cause.parameters.iter().all(|symbol| symbol.neutral().is_some())
 }
@@ -507,7 +507,7 @@ fn named(
     members.sort_unstable();
     members.dedup();
     let gains = |k: usize| {
-        // The limit is for the drivers who have the cause.
+        // The limit applies to the drivers with the cause.
         let share = entered[k].mixture().map_or(1.0, |mixture| mixture.share);
         let row = &table.rows[k];
         row.p <= policy.chance_of_a_name && row.gains[OF_A_NAME].share >= policy.least_gain * share

@@ -4,6 +4,7 @@ use super::evidence::Evidence;
 use super::fit::{Entry, Fit};
 use super::policy::Policy;
 use super::{HORIZONS, Horizon};
+use crate::diagnose::likelihood::model::is_lead;
 use crate::extension::Extension;
 use crate::judge::Check;
 
@@ -29,7 +30,7 @@ pub fn checks(
             spread(policy, entry, added),
             policy.spread,
         ),
-        Check::at_most("sizes of its causes on a bound", on_bounds(entry, added) as f64, 0.0),
+        Check::at_most("parameters on a bound that the base is not on", on_bounds(base, entry) as f64, 0.0),
         Check::at_most("collisions on left-out drives", collisions(entry), policy.collisions),
         Check::at_most(
             "close approaches in excess of the base",
@@ -79,9 +80,14 @@ fn spread(policy: &Policy, entry: &Entry, added: &[&'static Extension]) -> f64 {
     ratios.max_by(f64::total_cmp).unwrap_or(f64::INFINITY)
 }
 
-/// Number of sizes that whole drives press against a bound.
-fn on_bounds(entry: &Entry, added: &[&'static Extension]) -> usize {
+/// Number of parameters that whole drives press against a bound, except those on a bound in the base.
+fn on_bounds(base: &Entry, entry: &Entry) -> usize {
     let Some(fit) = entry.whole_drives() else { return usize::MAX };
-    let sizes = added.iter().flat_map(|cause| entry.model.positions(cause));
-    sizes.filter(|&k| entry.model.axes[k].at_bound(fit.whole[k])).count()
+    let of_base = |k: usize| {
+        let own = base.model.position(entry.model.symbols[k]).zip(base.whole_drives());
+        own.is_some_and(|(k, fit)| base.model.axes[k].at_bound(fit.whole[k]))
+    };
+    let axes = entry.model.axes.iter().zip(&fit.whole).enumerate();
+    let is_of_car = |k: usize| !is_lead(entry.model.symbols[k]);
+    axes.filter(|(k, (axis, value))| axis.at_bound(**value) && is_of_car(*k) && !of_base(*k)).count()
 }
