@@ -7,6 +7,7 @@ use crate::common;
 use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, infer_task, judge, planted};
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::Drive;
+use leadlag::internal::extension::Extension;
 use leadlag::internal::race::{Answer, Policy, Request, Unit, race};
 use leadlag::internal::trajectory::{Preparation, import, prepare};
 use leadlag::internal::wgsl::library;
@@ -329,22 +330,15 @@ fn two_without_what_stood_in_for_them() {
 fn closed_loop(task: &DiagnosisTask) -> (Answer, Vec<Vec<String>>) {
     let planted = planted(task).expect("drivable");
     let drives: Vec<Drive> = planted.train.into_iter().chain(planted.holdout).collect();
-    judged_in_closed_loop(&drives, &task.base)
+    judged_in_closed_loop(&drives, &task.base, &[])
 }
 
-fn judged_in_closed_loop(drives: &[Drive], base: &str) -> (Answer, Vec<Vec<String>>) {
+/// `named`: causes that the likelihood names.
+fn judged_in_closed_loop(drives: &[Drive], base: &str, named: &[&'static Extension]) -> (Answer, Vec<Vec<String>>) {
     let causes: Vec<_> = library().iter().copied().filter(|extension| extension.cause.is_some()).collect();
     let (base, bounds) = (base.parse().expect("a base"), Overrides::new());
-    let request = Request {
-        drives,
-        unit: Unit::Recording,
-        base,
-        causes: &causes,
-        named: &[],
-        bounds: &bounds,
-        seed: 1,
-        rounds: 1,
-    };
+    let request =
+        Request { drives, unit: Unit::Recording, base, causes: &causes, named, bounds: &bounds, seed: 1, rounds: 1 };
     let answer = race(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())).expect("can be run");
     let passing = answer.tried.trials.iter().filter(|trial| trial.passes).map(|trial| trial.causes.clone()).collect();
     (answer, passing)
@@ -370,6 +364,17 @@ fn in_the_race_a_lag_is_named_by_its_family_and_recommended() {
     let found = answer.recommended();
     let families: Vec<&str> = found.iter().map(|cause| cause.family()).collect();
     assert!(families.contains(&"phase"), "{families:?} of {passing:?}");
+}
+
+/// The likelihood names a dead zone here, so a lag would be a second story.
+#[test]
+fn in_the_race_only_families_with_a_name_are_recommended() {
+    let task = long("one", "l-cth", &["actuation_lag"], 0.0, 4201);
+    let drives: Vec<Drive> = planted(&task).map(|p| p.train.into_iter().chain(p.holdout).collect()).expect("drivable");
+    let dead_zone = library().iter().find(|extension| extension.name == "dead_zone").expect("in the library");
+    let (answer, _) = judged_in_closed_loop(&drives, &task.base, &[dead_zone]);
+    assert_eq!(families(&answer), ["phase"], "{:?}", answer.set);
+    assert!(!answer.recommended().iter().any(|cause| cause.family() == "phase"), "{:?}", answer.recommended());
 }
 
 /// Without gusts, a model lacks only the finer steps of the car: a lag with a reaction to the car ahead compensates for them.
@@ -403,7 +408,7 @@ fn in_the_race_the_tesla_is_late() {
         Drive::of(&trajectory, None).expect("no jump").0
     };
     let drives: Vec<Drive> = [7, 8, 9].into_iter().flat_map(drive).collect();
-    let (answer, passing) = judged_in_closed_loop(&drives, "l-cth");
+    let (answer, passing) = judged_in_closed_loop(&drives, "l-cth", &[]);
     assert_eq!(families(&answer), ["phase", "anticipation"], "{:?}", answer.set);
     let found = answer.recommended();
     let families: Vec<&str> = found.iter().map(|cause| cause.family()).collect();

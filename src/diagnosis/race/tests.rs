@@ -48,3 +48,11 @@ fn a_better_model_leaves_the_reference_and_worse_laws_behind() {
     let [needed, gain] = none.found;
     assert!((2.5..6.0).contains(&needed) && gain > 0.0 && gain < 0.06, "{none:?}");
 }
+
+#[test]
+fn a_model_that_is_worse_over_whole_drives_is_left_behind() {
+    let resamples = Resamples::new(&[90], 3.0, 999, 1);
+    let models = [rows(0.1, 1.0), rows(0.0, 2.0), rows(0.1, 3.0)];
+    let best = best_over_whole_drives(&models.each_ref(), &resamples, &Policy::DEFAULT);
+    assert_eq!(best, [true, false, true]);
+}
