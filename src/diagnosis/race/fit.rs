@@ -12,7 +12,7 @@ use crate::catalog::Variant;
 use crate::diagnose::likelihood::model::{LEAD, Model, Space};
 use crate::diagnose::search::strategy::sizes;
 use crate::diagnose::search::textbook::{fastest, with_textbook_values};
-use crate::diagnose::{DiagnoseError, Watching};
+use crate::diagnose::{DiagnoseError, Drive, Watching};
 use crate::evaluator::Pull;
 use crate::extension::Extension;
 use crate::optimize::stream;
@@ -75,6 +75,8 @@ pub struct Judged {
     pub held: Losses,
     /// Number of times the model comes too close to the car ahead in parts left out, or fails.
     pub too_close: usize,
+    /// Number of parts left out in which the model collides when the car ahead stops; 0 at the shorter horizons.
+    pub stops: usize,
     /// Drivers of a fleet who are left out; empty for recordings and for whole drives.
     pub drivers: Vec<DriverFit>,
     /// The drivers with and without the causes; `None` for recordings, for whole drives, and for a model without a reference.
@@ -182,6 +184,10 @@ impl Field {
     /// # Errors
     /// As [`Model::new`].
     pub fn model(&self, variant: Variant) -> Result<Model, DiagnoseError> {
+        self.over(variant, &self.parts.drives)
+    }
+
+    fn over(&self, variant: Variant, drives: &[Drive]) -> Result<Model, DiagnoseError> {
         let mut bounds = self.bounds.clone();
         let positive = |cause: &&&'static Extension| cause.cause.as_ref().is_some_and(|traits| traits.positive);
         for symbol in variant.extensions.list().iter().filter(positive).flat_map(|cause| &cause.parameters) {
@@ -189,7 +195,7 @@ impl Field {
                 bounds.entry(symbol.name().to_owned()).or_insert([neutral, upper]);
             }
         }
-        Model::new(variant, &self.parts.drives, &bounds, &[])
+        Model::new(variant, drives, &bounds, &[])
     }
 
     /// The loss of a model over the parts that count.
@@ -353,6 +359,9 @@ impl Field {
         for (k, (fit, horizon)) in entry.fits.iter_mut().zip(Horizon::ALL).enumerate() {
             let Some(fit) = fit else { continue };
             fit.judged = self.judged(&model, horizon, &fit.place, watching)?;
+            if let Some(judged) = fit.judged.as_mut().filter(|_| horizon.is_whole()) {
+                judged.stops = self.collisions_at_stops(entry.model.variant, &judged.folds)?;
+            }
             if let Some(judged) = fit.judged.as_mut().filter(|_| self.has_own_laws(horizon)) {
                 let reference = reference.and_then(|reference| reference.fits[k].as_ref()?.judged.as_ref());
                 self.judge_drivers(&model, horizon, judged, (&added, reference), watching)?;
@@ -360,6 +369,20 @@ impl Field {
         }
         entry.simulations += model.simulations();
         Ok(())
+    }
+
+    /// Number of parts in which a model, fitted without their fold, collides when the car ahead stops.
+    pub(super) fn collisions_at_stops(&self, variant: Variant, folds: &[Vec<f64>]) -> Result<usize, DiagnoseError> {
+        let drives: Vec<Drive> = self.parts.drives.iter().map(Drive::until_it_stops).collect();
+        let sizes: Vec<Sizes> = drives.iter().map(|drive| Sizes::new(drive.samples(), drive.dt())).collect();
+        let model = self.over(variant, &drives)?;
+        let mut count = 0;
+        for (k, values) in folds.iter().enumerate() {
+            let left_out: Vec<bool> = self.parts.folds.iter().map(|fold| *fold == k).collect();
+            let surface = Surface { sizes: &sizes, ..self.surface(&model, &left_out, Horizon::Drive) };
+            count += surface.losses(std::slice::from_ref(values))?.remove(0).collisions();
+        }
+        Ok(count)
     }
 
     /// `None` if a fold cannot be fitted: otherwise the judge of that fold would be a fit that has seen it.
@@ -388,7 +411,7 @@ impl Field {
                 held.take_from(surface.losses(std::slice::from_ref(values))?.remove(0));
             }
         }
-        Ok(Some(Judged { folds, held, too_close, drivers: Vec::new(), mixture: None }))
+        Ok(Some(Judged { folds, held, too_close, stops: 0, drivers: Vec::new(), mixture: None }))
     }
 }
 

@@ -40,7 +40,8 @@ pub struct Policy {
     pub least_spacing: [f64; 3],
     /// Largest number of left-out parts in which a recommended model collides \[-\]: one that collides there does so on further drives, too.
     pub collisions: f64,
-    /// Number of standard errors by which close approaches may exceed those of the base \[-\]: among hundreds of drivers, some do by chance.
+    /// Number of standard errors by which close approaches, and collisions behind a car that stops, may exceed those of the base \[-\]:
+    /// among hundreds of drivers, some do by chance.
     pub excess: f64,
     /// A stretch is not followed if the error of the speed over 10 s is this multiple of the usual one \[-\], which nine of ten bins do not
     /// exceed: a law that lacks an effect is off by twice the usual error.

@@ -1,10 +1,9 @@
 //! The checks before a recommendation, with values and limits.
 
 use super::evidence::Evidence;
-use super::fit::{Entry, Fit};
+use super::fit::{Entry, Fit, Judged};
 use super::policy::Policy;
 use super::{HORIZONS, Horizon};
-use crate::diagnose::likelihood::model::is_lead;
 use crate::extension::Extension;
 use crate::judge::Check;
 
@@ -30,26 +29,25 @@ pub fn checks(
             spread(policy, entry, added),
             policy.spread,
         ),
-        Check::at_most("parameters on a bound that the base is not on", on_bounds(base, entry) as f64, 0.0),
-        Check::at_most("collisions on left-out drives", collisions(entry), policy.collisions),
         Check::at_most(
-            "close approaches in excess of the base",
-            too_close(entry) - too_close(base),
-            policy.excess * (too_close(entry) + too_close(base)).sqrt(),
+            "collisions on left-out drives",
+            count(entry, |judged| judged.held.collisions()),
+            policy.collisions,
         ),
+        excess(policy, base, entry, "close approaches in excess of the base", |judged| judged.too_close),
+        excess(policy, base, entry, "collisions behind a car that stops, in excess of the base", |judged| judged.stops),
     ]
 }
 
-/// Number of times a model comes too close to the car ahead in drives, or parts of them, that the fits left out.
-fn too_close(entry: &Entry) -> f64 {
-    let judged = entry.whole_drives().and_then(|fit| fit.judged.as_ref());
-    judged.map_or(f64::INFINITY, |judged| judged.too_close as f64)
+/// A check of a count on the parts that the fits left out, which may exceed that of the base by chance only.
+fn excess(policy: &Policy, base: &Entry, entry: &Entry, name: &str, of: impl Fn(&Judged) -> usize) -> Check {
+    let [own, base] = [entry, base].map(|entry| count(entry, &of));
+    Check::at_most(name, own - base, policy.excess * (own + base).sqrt())
 }
 
-/// Number of parts left out of the fits in which a model collides with the car ahead.
-fn collisions(entry: &Entry) -> f64 {
+fn count(entry: &Entry, of: impl Fn(&Judged) -> usize) -> f64 {
     let judged = entry.whole_drives().and_then(|fit| fit.judged.as_ref());
-    judged.map_or(f64::INFINITY, |judged| judged.held.collisions() as f64)
+    judged.map_or(f64::INFINITY, |judged| of(judged) as f64)
 }
 
 /// The largest ratio of the sizes of the added causes over the longer horizons and the folds of whole drives; infinite if a sign changes or
@@ -78,16 +76,4 @@ fn spread(policy: &Policy, entry: &Entry, added: &[&'static Extension]) -> f64 {
     };
     let ratios = added.iter().flat_map(|cause| model.positions(cause)).filter_map(ratio);
     ratios.max_by(f64::total_cmp).unwrap_or(f64::INFINITY)
-}
-
-/// Number of parameters that whole drives press against a bound, except those on a bound in the base.
-fn on_bounds(base: &Entry, entry: &Entry) -> usize {
-    let Some(fit) = entry.whole_drives() else { return usize::MAX };
-    let of_base = |k: usize| {
-        let own = base.model.position(entry.model.symbols[k]).zip(base.whole_drives());
-        own.is_some_and(|(k, fit)| base.model.axes[k].at_bound(fit.whole[k]))
-    };
-    let axes = entry.model.axes.iter().zip(&fit.whole).enumerate();
-    let is_of_car = |k: usize| !is_lead(entry.model.symbols[k]);
-    axes.filter(|(k, (axis, value))| axis.at_bound(**value) && is_of_car(*k) && !of_base(*k)).count()
 }

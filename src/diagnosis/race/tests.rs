@@ -1,5 +1,6 @@
-use super::evidence::{Rows, table};
+use super::evidence::{ConfidenceSet, Rows, Table, table};
 use super::*;
+use crate::diagnose::made_up;
 use crate::judge::Resamples;
 use crate::wgsl::extension_named;
 
@@ -55,4 +56,69 @@ fn a_model_that_is_worse_over_whole_drives_is_left_behind() {
     let models = [rows(0.1, 1.0), rows(0.0, 2.0), rows(0.1, 3.0)];
     let best = best_over_whole_drives(&models.each_ref(), &resamples, &Policy::DEFAULT);
     assert_eq!(best, [true, false, true]);
+}
+
+/// A linear law and two members of one family on two made-up minutes, judged.
+fn judged_models() -> (Field, Entry, Vec<Entry>) {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let field = Field::new(Parts::of(&drives, Unit::Recording), &Overrides::new(), 1);
+    let mut silent = |_: Progress| ControlFlow::Continue(());
+    let watching = Watching::new(&mut silent);
+    let mut base = field.law("l-cth".parse().expect("a law"), &watching).expect("fits");
+    let member =
+        |name| field.with_causes(&base, &[cause(name)], &[], &watching).expect("fits").expect("has all it needs");
+    let mut models: Vec<Entry> = ["sensor_lowpass", "actuation_lag"].map(member).into();
+    field.judge(&mut base, None, &watching).expect("can be judged");
+    models.iter_mut().for_each(|entry| field.judge(entry, Some(&base), &watching).expect("can be judged"));
+    (field, base, models)
+}
+
+#[test]
+fn a_cause_counts_if_it_has_a_size_at_one_of_the_horizons_compared() {
+    let (_, _, mut models) = judged_models();
+    let gain = Gain { share: 0.2, interval: [0.1, 0.3], t: 5.0 };
+    let rows = vec![Evidence { gains: [gain; HORIZONS], t: 5.0, p: 0.001, in_set: true }; 2];
+    let named_at = |models: &[Entry], horizons| {
+        let set = ConfidenceSet { horizons, models: vec![true; 2], reference: false, laws: Vec::new() };
+        let table = Table { rows: rows.clone(), sets: vec![set], found: [3.0, 0.1] };
+        named(models, &table, &Policy::DEFAULT, &[], 1).map(|named| names(&named.causes))
+    };
+    for (entry, sizes) in models.iter_mut().zip([[1.0, 0.0], [1.0, 1.0]]) {
+        let k = entry.model.positions(entry.causes[0])[0];
+        for (fit, size) in entry.fits.iter_mut().flatten().zip(sizes) {
+            fit.whole[k] = size;
+        }
+    }
+    assert_eq!(named_at(&models, &[0, 1]), Some(vec!["actuation_lag".to_owned()]));
+    assert_eq!(named_at(&models, &[1]), None, "the filter has no size at 15 s");
+}
+
+#[test]
+fn a_model_that_collides_is_not_recommended() {
+    let (field, base, mut models) = judged_models();
+    let unmet = |entry: &Entry| {
+        let gain = Gain { share: 0.2, interval: [0.1, 0.3], t: 5.0 };
+        let evidence = Evidence { gains: [gain; HORIZONS], t: 5.0, p: 0.001, in_set: true };
+        let checks = checks(&Policy::DEFAULT, &base, entry, &evidence, &entry.causes);
+        let unmet = checks.into_iter().filter(|check| !check.met).map(|check| check.name);
+        unmet.filter(|name| name.starts_with("collisions")).collect::<Vec<String>>()
+    };
+    let lag = &mut models[1];
+    assert_eq!(unmet(lag), Vec::<String>::new());
+    // Without a distance at standstill, a car that follows with a headway touches the car that stops.
+    let judged = lag.fits[HORIZONS - 1].as_ref().and_then(|fit| fit.judged.clone()).expect("it is judged");
+    let mut values = judged.folds.clone();
+    for (name, value) in [("k_s", 0.1), ("d_0", 0.0)] {
+        let k = lag.model.symbols.iter().position(|symbol| symbol.name() == name).expect("of the law");
+        values.iter_mut().for_each(|fold| fold[k] = value);
+    }
+    let stops = field.collisions_at_stops(lag.model.variant, &values).expect("can be simulated");
+    assert_eq!([judged.stops, stops], [0, field.parts.drives.len()]);
+    let last = lag.fits[HORIZONS - 1].as_mut().expect("fitted");
+    last.judged = Some(Judged { stops, ..judged.clone() });
+    assert_eq!(unmet(lag), ["collisions behind a car that stops, in excess of the base"]);
+    let mut held = judged.held.clone();
+    held.parts[0].as_mut().expect("left out once").shortfall = 1.0;
+    lag.fits[HORIZONS - 1].as_mut().expect("fitted").judged = Some(Judged { held, ..judged });
+    assert_eq!(unmet(lag), ["collisions on left-out drives"]);
 }

@@ -4,6 +4,7 @@ pub mod drivers;
 pub mod road;
 pub(crate) mod smoothing;
 mod standstill;
+mod stop;
 
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
