@@ -29,10 +29,10 @@ fn one_driver_is_not_called_two_and_most_mixtures_are_noticed() {
         different_drivers(drives, base, &Overrides::new(), 1).expect("it runs").is_some()
     };
     let mut noticed = 0;
-    for (base, seed) in ["idm", "l-cth"].into_iter().flat_map(|base| (7100..7108).map(move |seed| (base, seed))) {
+    for (base, seed) in ["idm", "l-cth"].into_iter().flat_map(|base| (7300..7308).map(move |seed| (base, seed))) {
         let (one, other) = (drives(base, seed), drives(base, seed + 100));
         assert!(!of(base, &[&one[0], &one[1], &one[2]]), "{base} {seed}: one driver");
         noticed += usize::from(of(base, &[&one[0], &one[1], &other[0]]));
     }
-    assert!(noticed >= 9, "{noticed} of 16");
+    assert!(noticed >= 14, "{noticed} of 16");
 }
