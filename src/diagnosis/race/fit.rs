@@ -75,7 +75,7 @@ pub struct Judged {
     pub held: Losses,
     /// Number of times the model comes too close to the car ahead in parts left out, or fails.
     pub too_close: usize,
-    /// Number of parts left out in which the model collides when the car ahead stops; 0 at the shorter horizons.
+    /// Number of parts in which the model fitted to all of them collides when the car ahead stops; 0 at the shorter horizons.
     pub stops: usize,
     /// Drivers of a fleet who are left out; empty for recordings and for whole drives.
     pub drivers: Vec<DriverFit>,
@@ -360,7 +360,7 @@ impl Field {
             let Some(fit) = fit else { continue };
             fit.judged = self.judged(&model, horizon, &fit.place, watching)?;
             if let Some(judged) = fit.judged.as_mut().filter(|_| horizon.is_whole()) {
-                judged.stops = self.collisions_at_stops(entry.model.variant, &judged.folds)?;
+                judged.stops = self.collisions_at_stops(entry.model.variant, &fit.whole)?;
             }
             if let Some(judged) = fit.judged.as_mut().filter(|_| self.has_own_laws(horizon)) {
                 let reference = reference.and_then(|reference| reference.fits[k].as_ref()?.judged.as_ref());
@@ -371,18 +371,13 @@ impl Field {
         Ok(())
     }
 
-    /// Number of parts in which a model, fitted without their fold, collides when the car ahead stops.
-    pub(super) fn collisions_at_stops(&self, variant: Variant, folds: &[Vec<f64>]) -> Result<usize, DiagnoseError> {
+    /// Number of parts in which a model collides when the car ahead stops.
+    pub(super) fn collisions_at_stops(&self, variant: Variant, values: &[f64]) -> Result<usize, DiagnoseError> {
         let drives: Vec<Drive> = self.parts.drives.iter().map(Drive::until_it_stops).collect();
         let sizes: Vec<Sizes> = drives.iter().map(|drive| Sizes::new(drive.samples(), drive.dt())).collect();
         let model = self.over(variant, &drives)?;
-        let mut count = 0;
-        for (k, values) in folds.iter().enumerate() {
-            let left_out: Vec<bool> = self.parts.folds.iter().map(|fold| *fold == k).collect();
-            let surface = Surface { sizes: &sizes, ..self.surface(&model, &left_out, Horizon::Drive) };
-            count += surface.losses(std::slice::from_ref(values))?.remove(0).collisions();
-        }
-        Ok(count)
+        let surface = Surface { sizes: &sizes, ..self.surface(&model, &self.all, Horizon::Drive) };
+        Ok(surface.losses(&[values.to_vec()])?[0].collisions())
     }
 
     /// `None` if a fold cannot be fitted: otherwise the judge of that fold would be a fit that has seen it.

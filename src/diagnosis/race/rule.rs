@@ -39,7 +39,7 @@ pub fn checks(
     ]
 }
 
-/// A check of a count on the parts that the fits left out, which may exceed that of the base by chance only.
+/// A check of a count of parts, which may exceed that of the base by chance only.
 fn excess(policy: &Policy, base: &Entry, entry: &Entry, name: &str, of: impl Fn(&Judged) -> usize) -> Check {
     let [own, base] = [entry, base].map(|entry| count(entry, &of));
     Check::at_most(name, own - base, policy.excess * (own + base).sqrt())

@@ -106,11 +106,11 @@ fn a_model_that_collides_is_not_recommended() {
     let lag = &mut models[1];
     assert_eq!(unmet(lag), Vec::<String>::new());
     // Without a distance at standstill, a car that follows with a headway touches the car that stops.
-    let judged = lag.fits[HORIZONS - 1].as_ref().and_then(|fit| fit.judged.clone()).expect("it is judged");
-    let mut values = judged.folds.clone();
+    let fit = lag.fits[HORIZONS - 1].clone().expect("fitted");
+    let judged = fit.judged.clone().expect("it is judged");
+    let mut values = fit.whole;
     for (name, value) in [("k_s", 0.1), ("d_0", 0.0)] {
-        let k = lag.model.symbols.iter().position(|symbol| symbol.name() == name).expect("of the law");
-        values.iter_mut().for_each(|fold| fold[k] = value);
+        values[lag.model.symbols.iter().position(|symbol| symbol.name() == name).expect("of the law")] = value;
     }
     let stops = field.collisions_at_stops(lag.model.variant, &values).expect("can be simulated");
     assert_eq!([judged.stops, stops], [0, field.parts.drives.len()]);
