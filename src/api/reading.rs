@@ -1,6 +1,8 @@
 //! From files, or tables in memory, to trajectories with vehicle and grade.
 
-use super::error::Usage;
+use super::error::{Error, Usage, usage};
+#[cfg(feature = "cli")]
+use super::values::{finite, one_of, real, whole};
 use crate::catalog::{Constraint, Variant};
 use crate::score::GoodnessOfFit;
 use crate::text::spelling::did_you_mean;
@@ -13,44 +15,75 @@ use crate::vehicle::{self, Vehicle};
 use anyhow::Context;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::collections::BTreeSet;
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 /// How measured files are read and prepared. By default the header decides on the layout, gaps of up to one second are interpolated, and
 /// the longest segment between longer gaps is taken.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Data"))]
 #[non_exhaustive]
 pub struct Reading {
-    /// Layout of the file; `None`: as the header indicates.
+    /// Layout: openacc, astazero-rebuilt, astazero-processed, ultra-av, pair [default: by the header]
+    #[cfg_attr(feature = "cli", arg(long))]
     pub layout: Option<Layout>,
     /// Column map of a table of another layout, in place of a layout: the name of one that is built in, or your own file.
+    #[cfg_attr(feature = "cli",
+        arg(long, value_name = "NAME|FILE.toml", conflicts_with = "layout", help = columns_help()))]
     pub columns: Option<String>,
-    /// Trajectory id in a file with several, or several ids separated by commas.
+    /// Trajectory id in a file with several, or several ids separated by commas
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ID"))]
     pub trajectory: Option<String>,
-    /// Segment between long gaps, from 1; `None`: the longest.
+    /// Number of the segment, as listed by `leadlag inspect` [default: the longest]
+    #[cfg_attr(feature = "cli",
+        arg(long, value_name = "K", value_parser = whole(1, u32::MAX), allow_negative_numbers = true))]
     pub segment: Option<u32>,
-    /// First time to use, as in the file \[s\].
+    /// First time to use, in the file's own seconds
+    #[cfg_attr(feature = "cli", arg(long, value_name = "T", value_parser = finite, allow_negative_numbers = true))]
     pub from: Option<f64>,
-    /// Last time to use, as in the file \[s\].
+    /// Last time to use, in the file's own seconds
+    #[cfg_attr(feature = "cli", arg(long, value_name = "T", value_parser = finite, allow_negative_numbers = true))]
     pub to: Option<f64>,
-    /// Longest gap that is interpolated \[s\]; longer gaps split the file.
+    /// Interpolate missing samples over at most this many seconds; longer interruptions split the file
+    #[cfg_attr(feature = "cli",
+        arg(long = "max-gap", value_name = "S", default_value_t = Preparation::default().max_gap_s,
+            value_parser = real(Preparation::MAX_GAP_S, "s"), allow_negative_numbers = true))]
     pub max_gap_s: f64,
-    /// Whether signals are smoothed as the paper's authors did: two Savitzky-Golay passes, 51 points, cubic.
+    /// Smooth as the paper's authors did: two Savitzky-Golay passes, 51 points, cubic
+    #[cfg_attr(feature = "cli", arg(long))]
     pub smooth: bool,
-    /// Time step to resample to \[s\].
+    /// Resample to this time step, in seconds
+    #[cfg_attr(feature = "cli",
+        arg(long = "resample", value_name = "DT", value_parser = real(Preparation::RESAMPLE_S, "s"),
+            allow_negative_numbers = true))]
     pub resample_s: Option<f64>,
-    /// Whether findings of the data check are corrected if possible.
+    /// Correct faults of the data where possible
+    #[cfg_attr(feature = "cli", arg(long))]
     pub correct: bool,
-    /// Anchor of the spacing if the measured spacing and the speeds contradict each other.
+    /// Anchor of the spacing if the measured spacing and the speeds contradict each other
+    #[cfg_attr(feature = "cli", arg(long, default_value = "gap", value_parser = one_of::<Reconcile>(&[
+        ("gap", "The measured spacing; the position of the preceding vehicle is derived from it"),
+        ("speeds", "The integrated speed difference, starting from the first measured spacing"),
+    ])))]
     pub reconcile: Reconcile,
-    /// The follower's car: a built-in vehicle or `FILE#NAME`; `None`: by its name in the file.
+    /// The follower: a built-in vehicle or FILE#NAME [default: by its name in the file]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "NAME|FILE#NAME"))]
     pub vehicle: Option<String>,
-    /// Grade table, or `level`.
+    /// Grade table: X,Y of a closed track, or position_m,sin_grade of an open road; or `level`
+    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE|level"))]
     pub grade: Option<String>,
-    /// Length of the preceding vehicle \[m\]; `None`: from the file, else unknown.
+    /// Length of the preceding vehicle in m [default: from the file, else unknown]
+    #[cfg_attr(feature = "cli",
+        arg(long = "lead-length", value_name = "M", value_parser = real(Preparation::LEAD_LENGTH_M, "m"),
+            allow_negative_numbers = true))]
     pub lead_length_m: Option<f64>,
-    /// Position of the preceding vehicle on the grade table at the first row of the file \[m\].
+    /// Position of the preceding vehicle on the grade table at the first row of the file, in m
+    #[cfg_attr(feature = "cli",
+        arg(long = "lead-start", value_name = "M", value_parser = real(Preparation::LEAD_START_M, "m"),
+            allow_negative_numbers = true))]
     pub lead_start_m: Option<f64>,
     /// The measure that is minimised, if it is known: faults that do not change it are no warning.
+    #[cfg_attr(feature = "cli", arg(skip))]
     pub(crate) measure: Option<GoodnessOfFit>,
 }
 
@@ -75,6 +108,14 @@ impl Default for Reading {
             measure: None,
         }
     }
+}
+
+/// Help text of `--columns`.
+#[cfg(feature = "cli")]
+pub(crate) fn columns_help() -> String {
+    let shipped: Vec<&str> = ColumnMap::shipped().iter().map(|(name, _)| *name).collect();
+    let shipped = shipped.join(", ");
+    format!("Column map of a table of another layout: {shipped} (`leadlag list columns`), or your own file")
 }
 
 /// Source of a recording.
@@ -152,6 +193,58 @@ pub(crate) fn start_assumed(trajectory: &Trajectory) -> Option<String> {
 }
 
 impl Reading {
+    /// The options, by the names that [`Reading::set`] takes.
+    pub const OPTIONS: [&str; 15] = [
+        "columns",
+        "layout",
+        "trajectory",
+        "segment",
+        "from",
+        "to",
+        "max_gap",
+        "smooth",
+        "correct",
+        "resample",
+        "reconcile",
+        "vehicle",
+        "grade",
+        "lead_length",
+        "lead_start",
+    ];
+
+    /// Sets an option from a text: `True` or `False` for what is on or off, numbers in SI units.
+    ///
+    /// # Errors
+    /// What was expected instead of this value. Ranges are checked when a file is read.
+    pub fn set(&mut self, option: &str, value: &str) -> Result<(), Error> {
+        fn read<T: std::str::FromStr>(value: &str, expected: &str) -> Result<T, Error> {
+            value.trim().parse().map_err(|_| anyhow::Error::from(Usage(format!("expected {expected}"))).into())
+        }
+        let text = || Some(value.to_owned());
+        let number = || read(value, "a number");
+        match option {
+            "columns" => self.columns = text(),
+            "layout" => self.layout = Some(value.parse().map_err(usage)?),
+            "trajectory" => self.trajectory = text(),
+            "segment" => {
+                self.segment = Some(read::<NonZeroU32>(value, "a whole number from 1 on")?.get());
+            }
+            "from" => self.from = Some(number()?),
+            "to" => self.to = Some(number()?),
+            "max_gap" => self.max_gap_s = number()?,
+            "smooth" => self.smooth = read(&value.to_lowercase(), "True or False")?,
+            "correct" => self.correct = read(&value.to_lowercase(), "True or False")?,
+            "resample" => self.resample_s = Some(number()?),
+            "reconcile" => self.reconcile = value.parse().map_err(usage)?,
+            "vehicle" => self.vehicle = text(),
+            "grade" => self.grade = text(),
+            "lead_length" => self.lead_length_m = Some(number()?),
+            "lead_start" => self.lead_start_m = Some(number()?),
+            _ => return Err(anyhow::Error::from(Usage(format!("expected {}", Self::OPTIONS.join(", ")))).into()),
+        }
+        Ok(())
+    }
+
     /// Reads a recording without preparation.
     pub(super) fn open(&self, input: Input<'_>) -> anyhow::Result<Recording> {
         let map = self.columns.as_deref().map(column_map).transpose()?;

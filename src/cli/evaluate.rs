@@ -1,12 +1,11 @@
 //! `leadlag evaluate`: scores of parameter vectors in rows.
 
-use super::data::columns_help;
 use super::evaluator::EvaluatorArgs;
 use super::progress::Bar;
 use super::simulate::beside;
 use super::{evaluator, fleet_row, interrupt, output};
 use crate::api::bounds::read_bounds;
-use crate::api::reading::{column_map, read_grade};
+use crate::api::reading::{column_map, columns_help, read_grade};
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluate::{DataLayout, Library, Settings, TableError, evaluate_table};

@@ -1,7 +1,7 @@
 //! `leadlag export`: results for other programs.
 
 use super::change::Change;
-use super::data::result_file;
+use super::folder::result_file;
 use super::fleet_row;
 use super::folder::{finish, part};
 use super::{Usage, output};

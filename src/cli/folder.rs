@@ -13,6 +13,13 @@ pub const FLEET: &str = "fleet.json";
 /// The command that made them, and its warnings. It differs from run to run; results do not.
 pub const RUN: &str = "run.json";
 
+/// The result of a calibration, by its file or by the folder of `calibrate`.
+pub fn result_file(given: &Path) -> anyhow::Result<PathBuf> {
+    let file = if given.is_dir() { given.join(RESULT) } else { given.to_owned() };
+    file.parent().map_or(Ok(()), settle)?;
+    Ok(file)
+}
+
 /// Refuses a folder that holds a result of another kind, some of whose files would be overwritten; `own` is a name for a folder in it.
 pub fn refuse(folder: &Path, other: &str, own: &str) -> anyhow::Result<()> {
     settle(folder)?;

@@ -1,10 +1,10 @@
 //! `leadlag simulate`: a calibrated variant on a trajectory, or a platoon in which each simulated car leads the next.
 
 use super::change::Change;
-use super::data::{DataArgs, result_file};
+use super::folder::result_file;
 use super::evaluator::warn;
 use super::{Usage, fleet_row, folder, output};
-use crate::api::reading::{Input, Loaded, start_assumed};
+use crate::api::reading::{Input, Loaded, Reading, start_assumed};
 use crate::evaluator::{Case, Outcome};
 use crate::reference::Trace;
 use crate::report::text::wrapped;
@@ -45,7 +45,7 @@ pub struct Args {
     #[arg(long, conflicts_with = "json")]
     plot: bool,
     #[command(flatten)]
-    data: DataArgs,
+    data: Reading,
 }
 
 /// A calibrated variant with the vehicle and data of its file.
@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             folder::is_of(name, "simulation", "csv") || several.iter().any(|start| name.starts_with(start))
         })?;
     }
-    let reading = args.data.reading();
+    let reading = &args.data;
     let (recording, follower) = reading.read(Input::File(&args.file), args.follower.as_deref())?;
     let followers = if args.platoon { followers(&recording) } else { vec![follower] };
     let ids = reading.ids(&recording);
@@ -194,7 +194,7 @@ fn load(
     recording: &Recording,
     (follower, id): (Option<usize>, Option<&str>),
 ) -> anyhow::Result<Loaded> {
-    let mut reading = args.data.reading();
+    let mut reading = args.data.clone();
     let entry = model.vehicle.as_ref().filter(|_| reading.vehicle.is_none());
     reading.vehicle = reading.vehicle.or(model.vehicle_from.as_deref().map(|from| beside(from, &model.path)));
     let variant = &model.variant.variant;

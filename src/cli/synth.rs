@@ -2,7 +2,7 @@
 
 use super::change::Change;
 use super::folder::finish;
-use super::number::{real, seed, whole};
+use crate::api::values::{real, seed, whole};
 use super::{Usage, output};
 use crate::synthetic::{
     Base, Effect, EffectError, EffectKind, Gusts, Noise, Profile, Scenario, Synthetic, at_amplitude, drawn,

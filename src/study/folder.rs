@@ -213,6 +213,19 @@ impl Folder {
         Ok(plan)
     }
 
+    /// The plan of a file, and whether a study keeps it: then its name, its data folder and its extensions are those of the study.
+    ///
+    /// # Errors
+    /// As [`Plan::read`].
+    pub fn plan_of(file: &Path) -> Result<(Plan, bool), StudyError> {
+        let kept = file.parent().filter(|_| file.file_name().is_some_and(|name| name == "plan.toml"));
+        let kept = kept.and_then(|folder| Folder::open(folder).ok()).filter(|folder| folder.study_file().is_ok());
+        Ok(match kept {
+            Some(folder) => (folder.plan()?, true),
+            None => (Plan::read(file)?, false),
+        })
+    }
+
     /// The plan with its data, read again; they must still give the planned tasks.
     ///
     /// # Errors

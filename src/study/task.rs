@@ -10,6 +10,7 @@ use crate::extension::Extension;
 use crate::lanes::LanesPrecision;
 use crate::score::GoodnessOfFit;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::collections::HashMap;
 use std::str::FromStr;
 
@@ -317,4 +318,24 @@ impl FromStr for Shard {
         let (number, count) = (whole(number)?, whole(count)?);
         Shard::new(number, count).map_err(|_| none())
     }
+}
+
+/// Largest number of tasks listed for an ambiguous id.
+const LISTED: usize = 5;
+
+/// Indices of tasks by their ids or beginnings of these, each once, in the order of the tasks.
+///
+/// # Errors
+/// [`StudyError::NoTask`] for a text that is not the beginning of exactly one id.
+pub fn chosen(ids: &[String], tasks: &[Task]) -> Result<Vec<usize>, StudyError> {
+    let named = |id: &String| {
+        let found: Vec<usize> = (0..tasks.len()).filter(|&i| tasks[i].id.starts_with(id)).collect();
+        if let [one] = found[..] {
+            return Ok(one);
+        }
+        let first = found.iter().take(LISTED).map(|&i| tasks[i].id.clone()).collect();
+        Err(StudyError::NoTask { id: id.clone(), found: found.len(), first })
+    };
+    let chosen: BTreeSet<usize> = ids.iter().map(named).collect::<Result<_, _>>()?;
+    Ok(chosen.into_iter().collect())
 }

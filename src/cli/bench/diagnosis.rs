@@ -1,6 +1,6 @@
 //! `leadlag bench diagnosis`: rates of right and wrong names.
 
-use super::super::number::whole;
+use crate::api::values::whole;
 use super::super::{interrupt, output};
 use super::with_bar;
 use crate::bench::Machine;

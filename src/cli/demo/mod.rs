@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(long, value_name = "CAUSE[:P=V,...]|none", default_value = "grade")]
     hide: Hidden,
     /// Seed of all random numbers
-    #[arg(long, default_value_t = 1, value_parser = super::number::seed, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 1, value_parser = crate::api::values::seed, allow_negative_numbers = true)]
     seed: u64,
     /// Length of the drive in s; a short one shows less
     #[arg(long, value_name = "S", default_value_t = 600.0, value_parser = duration)]

@@ -38,12 +38,25 @@ fn has_rows(folder: &Path) -> bool {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let folder = Folder::open(&args.folder)?;
+    let (text, summary) = tables(&args.folder, &args.parts, args.partial, args.out.as_deref())?;
+    output::print(&text)?;
+    eprintln!("{summary}");
+    Ok(())
+}
+
+/// Writes the tables; returns their names with the numbers of rows, and a summary.
+pub fn tables(
+    path: &Path,
+    parts: &[PathBuf],
+    partial: bool,
+    out: Option<&Path>,
+) -> anyhow::Result<(String, String)> {
+    let folder = Folder::open(path)?;
     let tasks = folder.tasks()?;
-    let inventory = inventory::look(&folder, &tasks, &args.parts)?;
+    let inventory = inventory::look(&folder, &tasks, parts)?;
     complain(&inventory)?;
     let missing = inventory.missing.len();
-    if missing > 0 && !args.partial {
+    if missing > 0 && !partial {
         for &i in inventory.missing.iter().take(10) {
             let task = &tasks[i];
             let (id, platoon, follower) = (&task.id, &task.platoon, task.follower);
@@ -52,16 +65,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 task.variant, task.gof, task.replicate
             );
         }
-        let shown = args.folder.display();
+        let shown = path.display();
         bail!(
             "{missing} of {} tasks are missing; `leadlag study run {shown}` computes them, --partial merges without them",
             tasks.len()
         );
     }
-    let out = args.out.clone().unwrap_or_else(|| folder.merged());
+    let out = out.map_or_else(|| folder.merged(), Path::to_owned);
     settle(&out)?;
     if inventory.done() == 0 && has_rows(&out) {
-        let (out, shown) = (out.display(), args.folder.display());
+        let (out, shown) = (out.display(), path.display());
         bail!(
             "no task of this plan is done, and {out} holds tables with rows, which empty ones would replace; \
              `leadlag study run {shown}` computes the tasks, --out DIR writes elsewhere"
@@ -94,8 +107,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         text += &format!("{}  {}\n", out.join(name).display(), output::counted(table.rows() as u64, "row"));
     }
     change.finish(Vec::new())?;
-    output::print(&text)?;
     let infeasible = inventory.failed();
-    eprintln!("{} tasks merged, {missing} missing, {infeasible} without a feasible candidate", inventory.done());
-    Ok(())
+    let done = inventory.done();
+    Ok((text, format!("{done} tasks merged, {missing} missing, {infeasible} without a feasible candidate")))
 }

@@ -1,10 +1,11 @@
 //! `leadlag study plan`.
 
-use super::super::evaluator::{BY_PLAN, transcribed, warn};
+use super::super::evaluator::warn;
 use super::super::output::{self, counted};
+use crate::api::study::planned;
 use crate::study::folder::Folder;
 use crate::study::plan::Validation;
-use crate::study::{Plan, Study, StudyError, Task};
+use crate::study::{Study, Task};
 use crate::trajectory::is_nameless;
 use std::collections::HashSet;
 use std::io::IsTerminal;
@@ -145,22 +146,13 @@ fn lines(tasks: &[Task]) -> String {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    // The plan that a study keeps has its extensions, name and data folder beside it.
-    let kept = args.plan.parent().filter(|_| args.plan.file_name().is_some_and(|name| name == "plan.toml"));
-    let kept = kept.and_then(|folder| Folder::open(folder).ok()).filter(|folder| folder.study_file().is_ok());
-    if kept.is_some() {
+    let (study, content, kept) = planned(&args.plan, args.data.as_deref())?;
+    if kept {
         eprintln!(
             "the plan of a study: its name, its extensions and, without --data, the folder of its data are those of the study"
         );
     }
-    let mut plan = kept.map_or_else(|| Plan::read(&args.plan).map_err(StudyError::from), |folder| folder.plan())?;
-    plan.calibration.variants.iter().try_for_each(|v| transcribed(plan.calibration.evaluator, v, BY_PLAN))?;
-    if let Some(folder) = &args.data {
-        plan.data.folder.clone_from(folder);
-    }
-    let content = crate::text::bounded::read_to_string(&args.plan, crate::text::bounded::TEXT_MAX)?;
-    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&plan.name));
-    let study = Study::open(plan)?;
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&study.plan.name));
     if args.verbose {
         used(&study).lines().for_each(|line| eprintln!("{line}"));
     }

@@ -2,7 +2,7 @@
 
 use super::super::Usage;
 use super::super::demo::quoted;
-use super::super::number::{real, whole};
+use crate::api::values::{real, whole};
 use super::super::output::{self, counted};
 use super::status::complain;
 use crate::study::folder::{Folder, StudyFile, write_whole};

@@ -1,5 +1,6 @@
-//! Numbers on the command line: an error gives the range.
+//! Values of options on the command line: an error gives what is expected.
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::fmt::Display;
 use std::str::FromStr;
 
@@ -29,6 +30,14 @@ pub fn real(
 pub fn finite(text: &str) -> Result<f64, String> {
     let value: Option<f64> = text.trim().parse().ok();
     value.filter(|x| x.is_finite()).ok_or_else(|| format!("expected a finite number, found `{text}`"))
+}
+
+/// One of these words, each with its meaning for the help.
+pub fn one_of<T: FromStr + Clone + Send + Sync + 'static>(
+    words: &[(&'static str, &'static str)],
+) -> impl TypedValueParser<Value = T> + use<T> {
+    let known = words.iter().map(|(word, meaning)| PossibleValue::new(word).help(meaning));
+    PossibleValuesParser::new(known).try_map(|word| word.parse().map_err(|_| word))
 }
 
 /// The seed of random numbers.
