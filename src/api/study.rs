@@ -35,11 +35,7 @@ impl Study {
     ///
     /// # Errors
     /// As [`Study::create`].
-    pub fn create_with(
-        plan: impl AsRef<Path>,
-        folder: impl AsRef<Path>,
-        data: Option<&Path>,
-    ) -> Result<Study, Error> {
+    pub fn create_with(plan: impl AsRef<Path>, folder: impl AsRef<Path>, data: Option<&Path>) -> Result<Study, Error> {
         let (study, content, _) = planned(plan.as_ref(), data)?;
         Folder::create(folder.as_ref(), &content, &study).map(Study).map_err(failed)
     }

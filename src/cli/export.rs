@@ -1,8 +1,8 @@
 //! `leadlag export`: results for other programs.
 
 use super::change::Change;
-use super::folder::result_file;
 use super::fleet_row;
+use super::folder::result_file;
 use super::folder::{finish, part};
 use super::{Usage, output};
 use crate::api::fleet::are_implausible;

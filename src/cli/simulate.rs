@@ -1,8 +1,8 @@
 //! `leadlag simulate`: a calibrated variant on a trajectory, or a platoon in which each simulated car leads the next.
 
 use super::change::Change;
-use super::folder::result_file;
 use super::evaluator::warn;
+use super::folder::result_file;
 use super::{Usage, fleet_row, folder, output};
 use crate::api::reading::{Input, Loaded, Reading, start_assumed};
 use crate::evaluator::{Case, Outcome};

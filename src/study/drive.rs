@@ -20,7 +20,6 @@ const NAMED: usize = 5;
 pub struct Drive {
     /// Description in the study's files.
     pub entry: DriveEntry,
-    /// The trajectory.
     pub trajectory: Trajectory,
     /// The vehicle, if known.
     pub vehicle: Option<Vehicle>,
@@ -67,7 +66,6 @@ fn missing(path: &Path) -> Option<String> {
 /// A trajectory of an entry for several, which cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LeftOut {
-    /// The platoon.
     pub platoon: String,
     /// The fault.
     pub reason: String,

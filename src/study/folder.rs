@@ -43,11 +43,9 @@ pub struct StudyFile {
     pub name: String,
     /// The data folder, absolute.
     pub data_folder: PathBuf,
-    /// The convention.
     pub convention: String,
     /// The measure to minimise.
     pub gofs: Vec<String>,
-    /// The variants.
     pub variants: Vec<String>,
     /// Parameters of the variants beyond those of Table 1.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -214,9 +212,6 @@ impl Folder {
     }
 
     /// The plan of a file, and whether a study keeps it: then its name, its data folder and its extensions are those of the study.
-    ///
-    /// # Errors
-    /// As [`Plan::read`].
     pub fn plan_of(file: &Path) -> Result<(Plan, bool), StudyError> {
         let kept = file.parent().filter(|_| file.file_name().is_some_and(|name| name == "plan.toml"));
         let kept = kept.and_then(|folder| Folder::open(folder).ok()).filter(|folder| folder.study_file().is_ok());

@@ -67,7 +67,6 @@ const VALIDATION_RUNS_MAX: u64 = 5_000_000;
 /// A plan with its data: the source of tasks.
 #[derive(Debug)]
 pub struct Study {
-    /// The plan.
     pub plan: Plan,
     /// The trajectories.
     pub drives: Vec<Drive>,

@@ -2,11 +2,11 @@
 
 use super::super::Usage;
 use super::super::evaluator::{EvaluatorArgs, warn};
-use crate::api::reading::Reading;
-use crate::api::values::{finite, seed, whole};
 use crate::api::Calibration;
 use crate::api::extension::extend;
 use crate::api::model::{known, model};
+use crate::api::reading::Reading;
+use crate::api::values::{finite, seed, whole};
 use crate::calibrate::{self, EVALUATIONS_MIN, OptimizerKind, REPLICATES_MAX, Stop};
 use crate::catalog::Variant;
 use crate::convention::Convention;

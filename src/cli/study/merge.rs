@@ -45,12 +45,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 /// Writes the tables; returns their names with the numbers of rows, and a summary.
-pub fn tables(
-    path: &Path,
-    parts: &[PathBuf],
-    partial: bool,
-    out: Option<&Path>,
-) -> anyhow::Result<(String, String)> {
+pub fn tables(path: &Path, parts: &[PathBuf], partial: bool, out: Option<&Path>) -> anyhow::Result<(String, String)> {
     let folder = Folder::open(path)?;
     let tasks = folder.tasks()?;
     let inventory = inventory::look(&folder, &tasks, parts)?;

@@ -32,7 +32,6 @@ pub struct FleetFile {
     pub doubtful: IndexMap<String, String>,
     /// Reasons for missing results, without the place, and their numbers; pairs times models and measures.
     pub reasons: IndexMap<String, usize>,
-    /// The convention.
     pub convention: String,
     /// The column map, if the files have one: the name of a built-in one, or a file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -45,7 +44,6 @@ pub struct FleetFile {
     pub treatment: Option<Treatment>,
     /// The algorithm.
     pub optimizer: String,
-    /// The seed.
     pub seed: u64,
     /// Largest number of simulations of a search, if requested.
     pub max_evaluations: Option<u64>,

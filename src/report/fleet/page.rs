@@ -15,7 +15,6 @@ pub struct Shown {
     pub name: String,
     /// Its file and trajectory.
     pub label: String,
-    /// The model.
     pub model: String,
     /// The minimised measure.
     pub gof: String,
