@@ -5,6 +5,7 @@ use super::error::{Error, Usage, usage};
 use super::values::{finite, one_of, real, whole};
 use crate::catalog::{Constraint, Variant};
 use crate::score::GoodnessOfFit;
+use crate::text::shown::NAMED;
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped, read_mapped_from};
 use crate::trajectory::{
@@ -61,9 +62,9 @@ pub struct Reading {
     #[cfg_attr(feature = "cli", arg(long))]
     pub correct: bool,
     /// Anchor of the spacing if the measured spacing and the speeds contradict each other
-    #[cfg_attr(feature = "cli", arg(long, default_value = "gap", value_parser = one_of::<Reconcile>(&[
-        ("gap", "The measured spacing; the position of the preceding vehicle is derived from it"),
-        ("speeds", "The integrated speed difference, starting from the first measured spacing"),
+    #[cfg_attr(feature = "cli", arg(long, default_value = "gap", value_parser = one_of(&[
+        ("gap", Reconcile::Gap, "The measured spacing; the position of the preceding vehicle is derived from it"),
+        ("speeds", Reconcile::Speeds, "The integrated speed difference, starting from the first measured spacing"),
     ])))]
     pub reconcile: Reconcile,
     /// The follower: a built-in vehicle or FILE#NAME [default: by its name in the file]
@@ -707,7 +708,7 @@ fn numbered(recording: &mut Recording, given: &str) -> anyhow::Result<usize> {
         }
     }
     let near = did_you_mean(given, names.iter().copied());
-    names.truncate(PAIRS_NAMED);
+    names.truncate(NAMED);
     let message = format!(
         "--follower: expected a number, 1 right behind the platoon leader, or the name of a car that follows, found `{given}`; \
          {} has {}{near}; ids of vehicles need --columns",
@@ -727,8 +728,6 @@ pub(crate) fn column_map(given: &str) -> anyhow::Result<ColumnMap> {
 
 /// Warnings on single trajectories that a joint calibration of a table repeats; hundreds would hide the others.
 const WARNED: usize = 3;
-/// Some pairs of a mapped table are named in messages.
-const PAIRS_NAMED: usize = 5;
 
 fn longest_pairs(recording: &Recording) -> String {
     let name = |platoon: &Platoon| {
@@ -736,7 +735,7 @@ fn longest_pairs(recording: &Recording) -> String {
         let follower = platoon.cars.last().map_or("", |car| car.name.as_str());
         format!("{follower} ({duration:.1} s)")
     };
-    let named: Vec<String> = recording.platoons.iter().take(PAIRS_NAMED).map(name).collect();
+    let named: Vec<String> = recording.platoons.iter().take(NAMED).map(name).collect();
     let path = &recording.source.path;
     format!(
         "it has {} pairs, first {}; `leadlag inspect {path} --columns ...` lists more",

@@ -32,12 +32,12 @@ pub fn finite(text: &str) -> Result<f64, String> {
     value.filter(|x| x.is_finite()).ok_or_else(|| format!("expected a finite number, found `{text}`"))
 }
 
-/// One of these words, each with its meaning for the help.
-pub fn one_of<T: FromStr + Clone + Send + Sync + 'static>(
-    words: &[(&'static str, &'static str)],
-) -> impl TypedValueParser<Value = T> + use<T> {
-    let known = words.iter().map(|(word, meaning)| PossibleValue::new(word).help(meaning));
-    PossibleValuesParser::new(known).try_map(|word| word.parse().map_err(|_| word))
+/// One of these words, each with its value and its meaning for the help.
+pub fn one_of<T: Copy + Send + Sync>(
+    words: &'static [(&'static str, T, &'static str)],
+) -> impl TypedValueParser<Value = T> {
+    let known = words.iter().map(|(word, _, meaning)| PossibleValue::new(*word).help(*meaning));
+    PossibleValuesParser::new(known).map(|word| words.iter().find(|(own, ..)| *own == word).expect("one of them").1)
 }
 
 /// The seed of random numbers.

@@ -11,18 +11,18 @@ use std::sync::Mutex;
 #[command(next_help_heading = "Evaluator")]
 pub struct EvaluatorArgs {
     /// Which evaluator simulates the candidates
-    #[arg(long, default_value = "auto", value_parser = one_of::<Kind>(&[
-        ("auto", "A hardware GPU for large work, else lanes"),
-        ("reference", "Plain f64 on the CPU, one candidate after the other"),
-        ("lanes", "Blocks of candidates on the CPU"),
-        ("gpu", "The GPU, including a software one; never falls back to the CPU"),
+    #[arg(long, default_value = "auto", value_parser = one_of(&[
+        ("auto", Kind::Auto, "A hardware GPU for large work, else lanes"),
+        ("reference", Kind::Reference, "Plain f64 on the CPU, one candidate after the other"),
+        ("lanes", Kind::Lanes, "Blocks of candidates on the CPU"),
+        ("gpu", Kind::Gpu, "The GPU, including a software one; never falls back to the CPU"),
     ]))]
     pub evaluator: Kind,
     /// Precision of lanes and gpu [default: plain; f64 for evaluate without --evaluator]
-    #[arg(long, value_parser = one_of::<LanesPrecision>(&[
-        ("plain", "f32"),
-        ("compensated", "f32 with compensated rounding errors"),
-        ("f64", "f64, on lanes only"),
+    #[arg(long, value_parser = one_of(&[
+        ("plain", LanesPrecision::Plain, "f32"),
+        ("compensated", LanesPrecision::Compensated, "f32 with compensated rounding errors"),
+        ("f64", LanesPrecision::F64, "f64, on lanes only"),
     ]))]
     pub precision: Option<LanesPrecision>,
     /// The adapter of the gpu evaluator, by its name in `leadlag doctor` [default: the best one]

@@ -232,7 +232,8 @@ pub fn save_findings(findings: &Findings, folder: &Path) -> Result<(), Error> {
 /// # Errors
 /// If tasks are missing, or parts contradict each other.
 pub fn merge(study: &Path) -> Result<(), Error> {
-    Ok(study::merge::tables(study, &[], false, None).map(drop)?)
+    let of = study::status::Place { folder: study.to_owned(), parts: Vec::new() };
+    Ok(study::merge::tables(&of, false, None).map(drop)?)
 }
 
 /// The page that `report` makes of the main file of a folder: `result.json`, `diagnosis.json`, `fleet.json` or `tasks.jsonl`.

@@ -10,7 +10,7 @@ use crate::reference::Trace;
 use crate::report::text::wrapped;
 use crate::report::{plot, simulation};
 use crate::rescore;
-use crate::result::{ResultFile, VehicleEntry, diagnosis, read_bounded};
+use crate::result::{ResultFile, VehicleEntry, diagnosis};
 use crate::score::{GoodnessOfFit, Measures, Signal};
 use crate::simulate::{Ahead, CalibratedVariant, far_above_in, follow};
 use crate::trajectory::{Recording, Treatment};
@@ -161,8 +161,7 @@ fn read(args: &Args, given: &Path, driver: Option<&str>) -> anyhow::Result<Calib
         return Ok(Calibrated { path, vehicle: None, vehicle_from, treatment, variant });
     }
     if let Some(path) = folder::diagnosis_file(given) {
-        let outcome: diagnosis::Outcome = serde_json::from_str(&read_bounded(&path)?)
-            .with_context(|| format!("{}: expected a diagnosis of this version of leadlag", path.display()))?;
+        let outcome: diagnosis::Outcome = folder::read(&path, "a diagnosis")?;
         let variant =
             outcome.recommended_model().with_context(|| format!("{}: cannot be simulated", path.display()))?;
         let Some(variant) = variant else {

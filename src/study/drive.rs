@@ -4,6 +4,7 @@ use super::error::DriveError;
 use super::fingerprint;
 use super::plan::{DataPlan, PlatoonPlan};
 use super::several;
+use crate::text::shown::NAMED;
 use crate::trajectory::import::{ColumnMap, read_mapped};
 use crate::trajectory::{Grade, Platoon, Preparation, Recording, Trajectory};
 use crate::trajectory::{import, is_nameless, prepare, prepare_platoon};
@@ -11,9 +12,6 @@ use crate::vehicle::{Vehicle, VehicleError, read_table};
 use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 use std::path::Path;
-
-/// Largest number of trajectories in a message that asks for one.
-const NAMED: usize = 5;
 
 /// One follower of one platoon, ready to be calibrated on.
 #[derive(Debug, Clone)]

@@ -9,6 +9,7 @@ use crate::evaluator::Case;
 use crate::extension::Extension;
 use crate::lanes::LanesPrecision;
 use crate::score::GoodnessOfFit;
+use crate::text::shown::NAMED;
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeSet;
 use std::collections::HashMap;
@@ -319,9 +320,6 @@ impl FromStr for Shard {
     }
 }
 
-/// Largest number of tasks listed for an ambiguous id.
-const LISTED: usize = 5;
-
 /// Indices of tasks by their ids or beginnings of these, each once, in the order of the tasks.
 ///
 /// # Errors
@@ -332,7 +330,7 @@ pub fn chosen(ids: &[String], tasks: &[Task]) -> Result<Vec<usize>, StudyError> 
         if let [one] = found[..] {
             return Ok(one);
         }
-        let first = found.iter().take(LISTED).map(|&i| tasks[i].id.clone()).collect();
+        let first = found.iter().take(NAMED).map(|&i| tasks[i].id.clone()).collect();
         Err(StudyError::NoTask { id: id.clone(), found: found.len(), first })
     };
     let chosen: BTreeSet<usize> = ids.iter().map(named).collect::<Result<_, _>>()?;

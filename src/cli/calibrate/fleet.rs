@@ -15,15 +15,13 @@ use crate::evaluator::Evaluator;
 use crate::fleet::{self, Comparison, Held, Journal, Model, Pair, Row, Settings, driver};
 use crate::report::fleet::{FleetFile, text};
 use crate::report::{csv, parquet};
+use crate::text::shown::NAMED;
 use crate::trajectory::Trajectory;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
-
-/// Largest number of ids in a message.
-const IDS_NAMED: usize = 5;
 
 const JOURNAL: &str = "journal.jsonl";
 const TABLES: [&str; 3] = ["parameters.csv", "parameters.parquet", "fits.csv"];
@@ -98,7 +96,7 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
         Some((held, told)) => {
             let (usable, without) = (pairs.pairs.iter().filter(|pair| pair.drive.is_ok()).count(), pairs.hold(held));
             if usable > 0 && without == usable {
-                let ids: Vec<&str> = pairs.pairs.iter().filter_map(driver).take(IDS_NAMED).collect();
+                let ids: Vec<&str> = pairs.pairs.iter().filter_map(driver).take(NAMED).collect();
                 let message = format!(
                     "--holdout: {told} belong to none of the calibrated drivers, {}; drivers are matched by the name of the car, or \
                      else the id of the trajectory",

@@ -60,10 +60,10 @@ pub struct Args {
     #[arg(long)]
     pub data_only: bool,
     /// Search effort
-    #[arg(long, default_value = "normal", value_parser = one_of::<Effort>(&[
-        ("quick", "About 20 s of CPU per drive of 15 minutes"),
-        ("normal", "Twice that"),
-        ("thorough", "No time limit"),
+    #[arg(long, default_value = "normal", value_parser = one_of(&[
+        ("quick", Effort::Quick, "About 20 s of CPU per drive of 15 minutes"),
+        ("normal", Effort::Normal, "Twice that"),
+        ("thorough", Effort::Thorough, "No time limit"),
     ]))]
     pub effort: Effort,
     /// Seed of all random numbers

@@ -2,10 +2,9 @@
 
 use super::super::change::{Change, settle};
 use super::super::output;
-use super::status::complain;
+use super::status::{Place, complain};
 use crate::report::{csv, parquet};
-use crate::study::folder::Folder;
-use crate::study::{SCHEMA_VERSION, inventory, merge};
+use crate::study::{SCHEMA_VERSION, merge};
 use crate::text::bounded::Lines;
 use anyhow::bail;
 use std::fs::File;
@@ -14,12 +13,8 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder of the study
-    #[arg(value_name = "DIR")]
-    folder: PathBuf,
-    /// A further folder of parts, computed elsewhere; may be given several times
-    #[arg(long, value_name = "DIR")]
-    parts: Vec<PathBuf>,
+    #[command(flatten)]
+    of: Place,
     /// Write the tables even if tasks are missing
     #[arg(long)]
     partial: bool,
@@ -38,17 +33,15 @@ fn has_rows(folder: &Path) -> bool {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let (text, summary) = tables(&args.folder, &args.parts, args.partial, args.out.as_deref())?;
+    let (text, summary) = tables(&args.of, args.partial, args.out.as_deref())?;
     output::print(&text)?;
     eprintln!("{summary}");
     Ok(())
 }
 
 /// Writes the tables; returns their names with the numbers of rows, and a summary.
-pub fn tables(path: &Path, parts: &[PathBuf], partial: bool, out: Option<&Path>) -> anyhow::Result<(String, String)> {
-    let folder = Folder::open(path)?;
-    let tasks = folder.tasks()?;
-    let inventory = inventory::look(&folder, &tasks, parts)?;
+pub fn tables(of: &Place, partial: bool, out: Option<&Path>) -> anyhow::Result<(String, String)> {
+    let (folder, tasks, inventory) = of.look()?;
     complain(&inventory)?;
     let missing = inventory.missing.len();
     if missing > 0 && !partial {
@@ -60,7 +53,7 @@ pub fn tables(path: &Path, parts: &[PathBuf], partial: bool, out: Option<&Path>)
                 task.variant, task.gof, task.replicate
             );
         }
-        let shown = path.display();
+        let shown = of.folder.display();
         bail!(
             "{missing} of {} tasks are missing; `leadlag study run {shown}` computes them, --partial merges without them",
             tasks.len()
@@ -69,7 +62,7 @@ pub fn tables(path: &Path, parts: &[PathBuf], partial: bool, out: Option<&Path>)
     let out = out.map_or_else(|| folder.merged(), Path::to_owned);
     settle(&out)?;
     if inventory.done() == 0 && has_rows(&out) {
-        let (out, shown) = (out.display(), path.display());
+        let (out, shown) = (out.display(), of.folder.display());
         bail!(
             "no task of this plan is done, and {out} holds tables with rows, which empty ones would replace; \
              `leadlag study run {shown}` computes the tasks, --out DIR writes elsewhere"

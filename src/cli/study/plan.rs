@@ -6,6 +6,7 @@ use crate::api::study::planned;
 use crate::study::folder::Folder;
 use crate::study::plan::Validation;
 use crate::study::{Study, Task};
+use crate::text::shown::{NAMED, first};
 use crate::trajectory::is_nameless;
 use std::collections::HashSet;
 use std::io::IsTerminal;
@@ -30,9 +31,6 @@ pub struct Args {
     #[arg(short, long)]
     verbose: bool,
 }
-
-/// Largest number of followers in a warning.
-const NAMED: usize = 5;
 
 /// Columns of a line.
 const WIDTH: usize = 80;
@@ -101,12 +99,10 @@ fn not_validated(study: &Study) -> Option<String> {
     let mut names: Vec<&str> = study.drives.iter().map(|drive| drive.entry.vehicle.as_str()).collect();
     names.sort_unstable();
     names.dedup();
-    let more = if names.len() > NAMED { ", ..." } else { "" };
-    names.truncate(NAMED);
     Some(format!(
-        "nothing is validated: no two platoons have a follower of the same name; the followers are {}{more}. If they are the same driver, give the name \
+        "nothing is validated: no two platoons have a follower of the same name; the followers are {}. If they are the same driver, give the name \
          by `vehicle` in [[platoon]], or map the id as `group`",
-        names.join(", ")
+        first(&names, NAMED)
     ))
 }
 

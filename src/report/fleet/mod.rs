@@ -9,9 +9,11 @@ pub use page::{Fit, Shown, page};
 pub use text::text;
 
 use crate::fleet::{
-    Comparison, EVALUATIONS_PER_PARAMETER, Overview, Pair, Row, Rule, SCHEMA_VERSION, Settings, overview,
+    Comparison, EVALUATIONS_PER_PARAMETER, Overview, Pair, ParameterOverview, Row, Rule, SCHEMA_VERSION, Settings,
+    overview,
 };
 use crate::identify::{SHORT, SHORT_S};
+use crate::report::html::short;
 use crate::result::ExtensionEntry;
 use crate::trajectory::{Source, Treatment};
 use indexmap::IndexMap;
@@ -252,4 +254,20 @@ fn kind(reason: &str) -> String {
         }
     }
     kind.replace("#.#", "#")
+}
+
+/// A parameter with its unit.
+fn heading(parameter: &ParameterOverview) -> String {
+    match parameter.unit.as_str() {
+        "-" => parameter.name.clone(),
+        unit => format!("{} [{unit}]", parameter.name),
+    }
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
+fn range([low, high]: [f64; 2]) -> String {
+    format!("{} to {}", short(low), short(high))
 }
