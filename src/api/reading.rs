@@ -762,3 +762,53 @@ pub(crate) fn only_follower(recording: &Recording) -> anyhow::Result<usize> {
     let path = &recording.source.path;
     Err(Usage(format!("--follower is needed: {path} has the followers {}", followers.join(", "))).into())
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A value of each option other than the default.
+    fn changed(option: &str) -> &'static str {
+        match option {
+            "layout" => "pair",
+            "smooth" | "correct" => "True",
+            "reconcile" => "speeds",
+            "columns" | "trajectory" | "vehicle" | "grade" => "some",
+            _ => "2",
+        }
+    }
+
+    #[test]
+    fn every_option_can_be_set() {
+        for option in Reading::OPTIONS {
+            let mut reading = Reading::default();
+            reading.set(option, changed(option)).unwrap_or_else(|error| panic!("{option}: {error}"));
+            assert_ne!(reading, Reading::default(), "{option}");
+        }
+        let refused = |option, value| Reading::default().set(option, value).expect_err("refused").to_string();
+        assert_eq!(refused("segment", "0"), "expected a whole number from 1 on");
+        assert_eq!(refused("smooth", "1"), "expected True or False");
+        assert!(refused("speed", "1").starts_with("expected columns, layout, "));
+    }
+
+    #[cfg(feature = "cli")]
+    #[test]
+    fn flags_and_names_are_the_same_options() {
+        use clap::{Args, FromArgMatches};
+        let command = Reading::augment_args(clap::Command::new("reading"));
+        let of = |words: &[String]| {
+            let matches = command.clone().try_get_matches_from([&["reading".to_owned()], words].concat());
+            Reading::from_arg_matches(&matches.expect("valid")).expect("valid")
+        };
+        assert_eq!(of(&[]), Reading::default());
+        for option in Reading::OPTIONS {
+            let (flag, value) = (format!("--{}", option.replace('_', "-")), changed(option));
+            let words = if value == "True" { vec![flag] } else { vec![format!("{flag}={value}")] };
+            let mut reading = Reading::default();
+            reading.set(option, value).expect("valid");
+            assert_eq!(of(&words), reading, "{option}");
+        }
+        let flags = command.get_arguments().filter(|argument| argument.get_long() != Some("help"));
+        assert_eq!(flags.count(), Reading::OPTIONS.len());
+    }
+}

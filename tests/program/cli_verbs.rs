@@ -12,7 +12,7 @@ fn pair() -> PathBuf {
     synth(60).join("pair_follower1.csv")
 }
 
-const SOFT: &str = "//! The car brakes less than commanded.
+pub const SOFT: &str = "//! The car brakes less than commanded.
 struct Parameters {
     /// share of the braking that is lost [-], 0 to 0.9, neutral 0
     lost: f32,

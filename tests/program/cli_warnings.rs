@@ -1,6 +1,7 @@
 //! Refusals and warnings before the work: options without effect, parameters that the data do not determine, tables without a row that can
 //! be simulated.
 
+use super::cli_verbs::SOFT;
 use crate::common::program::{json_of, leadlag, scratch, stderr, succeeds, synth, text};
 use leadlag::internal::score::GoodnessOfFit;
 use serde_json::Value;
@@ -20,17 +21,6 @@ fn calibrate(extra: &[&str]) -> String {
     let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
     stderr(&succeeds(&[&["calibrate", text(&pair)], &search[..], extra].concat()))
 }
-
-const SOFT: &str = "//! The car brakes less than commanded.
-struct Parameters {
-    /// share of the braking that is lost [-], 0 to 0.9, neutral 0
-    lost: f32,
-}
-
-fn soft_command(own: Parameters, a_cmd: f32) -> f32 {
-    return select(a_cmd, (1.0 - own.lost) * a_cmd, a_cmd < 0.0);
-}
-";
 
 /// Reads the position, and no grade.
 const PLACE: &str = "//! Slower behind a certain place.

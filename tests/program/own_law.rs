@@ -8,7 +8,7 @@ use std::fs;
 use std::path::PathBuf;
 
 /// The full velocity difference model (Jiang, Wu, Zhu 2001), as a user would write it.
-const FVDM: &str = "//! Full velocity difference model with a linear optimal speed.
+pub const FVDM: &str = "//! Full velocity difference model with a linear optimal speed.
 struct Parameters {
     v_0: f32,
     d_0: f32,
