@@ -173,7 +173,7 @@ fn each_pair_has_a_result_on_demand() {
     let (fleet, table) = fleet("each", &["--each"]);
     for (row, folder) in rows_of(&fleet.join("parameters.csv")).iter().zip([0, 0, 1, 1, 2, 2]) {
         let own = fleet.join(format!("each/pairs_follower1_trajectory{folder}")).join(&row["model"]);
-        let result = json_of(&own.join("result.json"));
+        let result = json_of(own.join("result.json"));
         assert_eq!(result["score"]["nrmse_sva"].as_f64(), Some(number(row, "score")));
         assert_eq!(result["parameters"]["t_h"].as_f64(), Some(number(row, "t_h_s")));
         assert!(own.join("simulation.csv").is_file() && own.join("plot.svg").is_file());
@@ -182,8 +182,8 @@ fn each_pair_has_a_result_on_demand() {
     let words = ["calibrate", text(&table), "--trajectory", "1", "--bounds", "human", "--max-evaluations", "10000"];
     ok(&[&words[..], &["--model", "idm", "--out", text(&alone)]].concat());
     let own = fleet.join("each/pairs_follower1_trajectory1/idm/result.json");
-    assert_eq!(json_of(&own)["parameters"], json_of(&alone.join("result.json"))["parameters"]);
-    assert_eq!(json_of(&own)["intervals"], json_of(&alone.join("result.json"))["intervals"]);
+    assert_eq!(json_of(&own)["parameters"], json_of(alone.join("result.json"))["parameters"]);
+    assert_eq!(json_of(&own)["intervals"], json_of(alone.join("result.json"))["intervals"]);
     ok(&["report", text(own.parent().expect("a folder")), "--out", text(&fleet.with_file_name("page.html"))]);
     // The fleet beside it stays complete.
     ok(&["report", text(&fleet), "--out", text(&fleet.with_file_name("fleet.html"))]);

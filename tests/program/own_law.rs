@@ -66,7 +66,7 @@ fn it_is_calibrated_and_its_result_needs_no_file() {
     let words = ["--model", &model, "--bounds", "human", "--max-evaluations", "2000", "--out", text(&out)];
     let told = ok(&[&["calibrate", text(&file)][..], &words].concat());
     assert!(told.contains("my_fvdm+delay+linear") && told.contains("rate of the relaxation"), "{told}");
-    let result = json_of(&out.join("result.json"));
+    let result = json_of(out.join("result.json"));
     // The parameters of the paper that it names, those of the parts, and its own; all of them are read.
     let names: Vec<&str> = result["parameters"].as_object().expect("a table").keys().map(String::as_str).collect();
     assert_eq!(names, ["v_0", "d_0", "t_h", "tau_p", "tau_a", "kappa", "lambda"]);
@@ -215,7 +215,7 @@ fn it_is_diagnosed() {
     let words = ["--base", text(&law), "--bounds", "human", "--effort", "quick", "--out", text(&out)];
     let told = ok(&[&["diagnose", "--data", text(&file)][..], &words].concat());
     assert!(told.contains("my_fvdm"), "{told}");
-    let diagnosis = json_of(&out.join("diagnosis.json"));
+    let diagnosis = json_of(out.join("diagnosis.json"));
     let base = &diagnosis["base"];
     assert_eq!((&base["variant"], &base["extensions"]), (&Value::from("my_fvdm"), &serde_json::json!([])));
     let names: Vec<&str> =

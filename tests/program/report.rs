@@ -32,7 +32,7 @@ fn check_ending(said: &str, folder: &Path) -> Value {
     ] {
         assert!(ending.contains(words), "{words}: {said}");
     }
-    let diagnosis = json_of(&folder.join("diagnosis").join("diagnosis.json"));
+    let diagnosis = json_of(folder.join("diagnosis").join("diagnosis.json"));
     let page = fs::read_to_string(folder.join("report.html")).expect("written");
     let reason = diagnosis["reason"].as_str().expect("a sentence");
     assert!(page.contains(&reason.replace('<', "&lt;").replace('>', "&gt;")) && page.len() < 5_000_000, "{reason}");
@@ -59,8 +59,8 @@ fn found(hide: &str, seconds: u32) {
     }
     // The extended model was calibrated on the same stretch, and both were tested on the rest.
     let [base, extended] = ["base", "extended"].map(|model| {
-        let result = json_of(&folder.join(model).join("result.json"));
-        let run = json_of(&folder.join(format!("{model}_held_back.json")));
+        let result = json_of(folder.join(model).join("result.json"));
+        let run = json_of(folder.join(format!("{model}_held_back.json")));
         let (trained, held) = (&result["data"][0]["window_s"], run["runs"][0]["preparation"].to_string());
         assert_eq!(
             (trained[0].as_f64(), trained[1].as_f64()),
@@ -100,7 +100,7 @@ fn go_on(folder: &Path, causes: &Value, on: &str, trained: &Value) {
     assert!(output.status.success(), "{command}\n{}", String::from_utf8_lossy(&output.stderr));
     let warned = String::from_utf8_lossy(&output.stderr);
     assert!(!warned.contains("changes nothing: variant idm+grade"), "{warned}");
-    let result = json_of(&folder.join("diagnosis").join("extended").join("result.json"));
+    let result = json_of(folder.join("diagnosis").join("extended").join("result.json"));
     assert_eq!((&result["data"][0]["window_s"], result["data"][0]["follower"].as_u64()), (trained, Some(1)));
     let names = |list: &Value| -> Vec<String> {
         list.as_array().expect("a list").iter().map(|one| one["name"].as_str().expect("a name").to_owned()).collect()
