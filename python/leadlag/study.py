@@ -52,8 +52,6 @@ FIRST = 4
 COMPANIONS = ("Labels.csv", "Slope.csv", "mfc_*.csv")
 #: Interval between counts of workers [s].
 LOOK = 1.0
-#: Files that one command looks at.
-AT_ONCE = 100
 
 #: Files by their names in the folder where a batch is computed.
 Files = dict[str, Path]
@@ -83,15 +81,13 @@ def run(
     Raises :class:`leadlag.UsageError` for an invalid plan. Raises :class:`leadlag.Error` where a task fails or a worker has another leadlag.
     """
     folder, inputs = Path(out), _Inputs()
-    moved = [] if data is None else ["--data", os.fspath(data)]
-    _leadlag("--quiet", "study", "plan", os.fspath(plan), "--out", os.fspath(folder), *moved)
-    missing = json.loads(_leadlag("--quiet", "study", "status", os.fspath(folder), "--json"))["missing"]
+    missing = _native.plan_study(plan, folder, data)
     inputs.add_study(folder)
     with Bar("study", progress) as tell:
         for _, files in _found(client, _study, [({}, task) for task in missing], inputs, tell, batch_seconds, retries):
             for name, content in files.items():
                 _write_whole(folder, name, content)
-    _leadlag("--quiet", "study", "merge", os.fspath(folder))
+    _native.merge_study(folder)
     return folder / "merged"
 
 
@@ -138,22 +134,22 @@ def _program() -> str:
     return _native.PROGRAM
 
 
-def _leadlag(*words: str, module: str = "_program", check: bool = True, **options: Any) -> str:
-    """The output of a process of this package; raises its error. The process notices the end of this one, because its input then ends."""
+def _separately(folder: Path) -> None:
+    """Runs the call of a folder in a process with one thread; raises its error. The process notices the end of this one, because its input then ends."""
     paths = [str(Path(__file__).parents[1]), *filter(None, [os.environ.get("PYTHONPATH")])]
-    environment = {**os.environ, "PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1", **options.pop("env", {})}
-    command = [sys.executable, "-m", f"leadlag.{module}", *words]
+    own = {"PYTHONPATH": os.pathsep.join(paths), "PYTHONSAFEPATH": "1", "RAYON_NUM_THREADS": "1"}
+    command = [sys.executable, "-m", "leadlag.study"]
     read, write = os.pipe()
+    # In a separate session, because Ctrl-C is for the waiting process.
+    options: dict[str, Any] = {"cwd": folder, "env": {**os.environ, **own}, "start_new_session": True}
     try:
-        done = subprocess.run(command, stdin=read, capture_output=True, text=True, env=environment, check=False, **options)
+        done = subprocess.run(command, stdin=read, stderr=subprocess.PIPE, text=True, check=False, **options)
     finally:
         os.close(read)
         os.close(write)
-    code, said = done.returncode, done.stderr.strip().removeprefix("error: ")
-    if check and code != 0:
-        kind = RuntimeError if code < 0 else _native.UsageError if code == 2 else _native.Error
-        raise kind(said or f"leadlag ended with {code}")
-    return str(done.stdout)
+    if done.returncode != 0:
+        kind = {1: _native.Error, 2: _native.UsageError}.get(done.returncode, RuntimeError)
+        raise kind(done.stderr.strip() or f"leadlag ended with {done.returncode}")
 
 
 class _Inputs:
@@ -223,16 +219,12 @@ class _Inputs:
 
     def trajectories(self, paths: Sequence[str], reading: dict[str, Any]) -> tuple[list[Item], list[str]]:
         """The trajectories of files that have ids, otherwise whole files; and files that cannot be read."""
-        words = [name for name in ("layout", "columns", "trajectory", "lead_length") if reading.get(name) is not None]
-        flags = [f"--{name.replace('_', '-')}={reading[name]}" for name in words]
+        seen = dict(zip(paths, _native.trajectories(paths, reading)))
         ids: dict[str, list[str | None]] = {}
-        for start in range(0, len(paths), AT_ONCE):
-            some = paths[start : start + AT_ONCE]
-            seen = json.loads(_leadlag("--quiet", "inspect", "--json", *flags, "--", *some, check=False) or "[]")
-            for one in seen if isinstance(seen, list) else [seen]:
-                own = [platoon["id"] for platoon in one["platoons"]]
-                apart = len(set(own)) == len(own) and all(id and "," not in id and id.strip() == id for id in own)
-                ids[one["source"]["path"]] = own if apart else [None]
+        for path, own in seen.items():
+            apart = len(set(own)) == len(own) and all(id and "," not in id and id.strip() == id for id in own)
+            if own:
+                ids[path] = own if apart else [None]
         # With its number, a file that is given twice counts as two. If none can be read, a worker gives the reason.
         places = [(number, *self.place(path), ids.get(path, [] if ids else [None])) for number, path in enumerate(paths)]
         items: list[Item] = [(files, (file, number, id)) for number, file, files, own in places for id in own]
@@ -405,17 +397,13 @@ def _compute(program: str, files: dict[str, list[bytes]], call: bytes) -> tuple[
             (folder / path).parent.mkdir(parents=True, exist_ok=True)
             with (folder / path).open("wb") as file:
                 file.writelines(pieces)
-        # In a separate session, because Ctrl-C is for the waiting process.
-        _leadlag(module="study", env={"RAYON_NUM_THREADS": "1"}, cwd=folder, start_new_session=True)
+        _separately(folder)
         return pickle.loads((folder / "answer").read_bytes()), time.monotonic() - began
 
 
 def _study(tasks: Sequence[str]) -> dict[str, bytes]:
     """In that process: computes tasks of the study; returns parts and log by their names in the folder."""
-    words = [word for task in tasks for word in ("--task", task)]
-    code = _native.run(["leadlag", "--quiet", "study", "run", ".", "--data", "data", *words])
-    if code != 0:
-        sys.exit(code)
+    _native.run_study(".", "data", tasks)
     # Processes of two machines may have the same number.
     logs = {f"runs/{path.stem}-{os.urandom(4).hex()}.json": path.read_bytes() for path in Path("runs").glob("*.json")}
     return {**{f"parts/{task}.json": Path(f"parts/{task}.json").read_bytes() for task in tasks}, **logs}

@@ -1,6 +1,6 @@
 //! Measured drives.
 
-use crate::reading::{Follower, Setting, options, reading, wrong};
+use crate::reading::{Follower, options, reading};
 use crate::watch::done;
 use crate::{UsageError, in_keywords, raised};
 use numpy::PyArray1;
@@ -33,7 +33,7 @@ pub struct Drive {
     pub inner: leadlag::Drive,
     origin: Arc<Origin>,
     follower: Option<String>,
-    options: Vec<(String, Setting)>,
+    options: Vec<(String, String)>,
 }
 
 impl Drive {
@@ -46,7 +46,7 @@ impl Drive {
         given: Option<Bound<'_, PyDict>>,
     ) -> PyResult<Drive> {
         let mut options = options(given.as_ref())?;
-        options.extend(name.map(|name| ("name".to_owned(), Setting::Text(name))));
+        options.extend(name.map(|name| ("name".to_owned(), name)));
         let drive = Drive::read(py, origin, follower.map(Follower::text), options)?;
         warn(py, drive.inner.warnings())?;
         Ok(drive)
@@ -56,14 +56,10 @@ impl Drive {
         py: Python<'_>,
         origin: Origin,
         follower: Option<String>,
-        options: Vec<(String, Setting)>,
+        options: Vec<(String, String)>,
     ) -> PyResult<Drive> {
         let (name, others): (Vec<_>, Vec<_>) = options.iter().cloned().partition(|(option, _)| option == "name");
-        let name = match name.into_iter().next() {
-            Some((_, Setting::Text(name))) => Some(name),
-            Some((option, _)) => return Err(wrong(&option, "a text")),
-            None => None,
-        };
+        let name = name.into_iter().next().map(|(_, name)| name);
         let reading = reading(&others)?;
         let (origin, whose) = (Arc::new(origin), follower.clone());
         let source = Arc::clone(&origin);
@@ -85,10 +81,9 @@ impl Drive {
         let replaced = ["start", "end", "segment", "trajectory"];
         let mut options = self.options.clone();
         let id = options.iter().find(|(name, _)| name == "trajectory").map(|(_, id)| id.clone());
-        let id = inner.trajectory().map(|id| Setting::Text(id.to_owned())).or(id);
+        let id = inner.trajectory().map(str::to_owned).or(id);
         options.retain(|(name, _)| !replaced.contains(&name.as_str()));
-        options
-            .extend([("start", Setting::Number(from)), ("end", Setting::Number(to))].map(|(n, s)| (n.to_owned(), s)));
+        options.extend([("start", from), ("end", to)].map(|(name, time)| (name.to_owned(), time.to_string())));
         options.extend(id.map(|id| ("trajectory".to_owned(), id)));
         Ok(Drive { inner, origin: Arc::clone(&self.origin), follower: self.follower.clone(), options })
     }
@@ -298,7 +293,7 @@ impl Drive {
     fn __reduce__<'py>(&self, py: Python<'py>) -> PyResult<(Bound<'py, PyAny>, Bound<'py, PyAny>)> {
         let options = PyDict::new(py);
         for (name, value) in &self.options {
-            options.set_item(name, value.clone())?;
+            options.set_item(name, value)?;
         }
         let module = py.import("leadlag._native")?;
         let (origin, name) = match &*self.origin {

@@ -7,6 +7,7 @@ mod findings;
 mod fit;
 mod model;
 mod reading;
+mod study;
 mod threads;
 mod watch;
 
@@ -115,11 +116,15 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(model::pairs_of_files, module)?)?;
     module.add_function(wrap_pyfunction!(model::pairs_of_drives, module)?)?;
     module.add_function(wrap_pyfunction!(model::calibrate_pairs, module)?)?;
+    module.add_function(wrap_pyfunction!(study::plan_study, module)?)?;
+    module.add_function(wrap_pyfunction!(study::run_study, module)?)?;
+    module.add_function(wrap_pyfunction!(study::merge_study, module)?)?;
+    module.add_function(wrap_pyfunction!(study::trajectories, module)?)?;
     module.add_function(wrap_pyfunction!(findings::diagnose, module)?)?;
     module.add_function(wrap_pyfunction!(findings::diagnose_pairs, module)?)?;
     module.add("Error", module.py().get_type::<Error>())?;
     module.add("UsageError", module.py().get_type::<UsageError>())?;
-    module.add("READING", reading::OPTIONS)?;
+    module.add("READING", reading::names())?;
     module.add("EVALUATIONS_PER_PARAMETER", leadlag::internal::fleet::EVALUATIONS_PER_PARAMETER)?;
     module.add("PROGRAM", leadlag::program())?;
     module.add("__version__", env!("CARGO_PKG_VERSION"))

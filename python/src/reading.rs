@@ -1,39 +1,27 @@
 //! The options for reading drives, in the form of Python and of the library.
 
 use crate::UsageError;
+use leadlag::Reading;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyMapping};
 
-/// The options of reading.
-pub const OPTIONS: [&str; 15] = [
-    "columns",
-    "layout",
-    "trajectory",
-    "segment",
-    "start",
-    "end",
-    "max_gap",
-    "smooth",
-    "correct",
-    "resample",
-    "reconcile",
-    "vehicle",
-    "grade",
-    "lead_length",
-    "lead_start",
-];
-
-/// A value of an option.
-#[derive(Clone, FromPyObject, IntoPyObject)]
-pub enum Setting {
-    Flag(bool),
-    Whole(i64),
-    Number(f64),
-    Text(String),
+/// The name in Python of an option of the library.
+fn named(option: &'static str) -> &'static str {
+    match option {
+        // A keyword of Python.
+        "from" => "start",
+        "to" => "end",
+        other => other,
+    }
 }
 
-/// The options of reading, by their names; None values are left out, and paths are texts.
-pub fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String, Setting)>> {
+/// The options of reading.
+pub fn names() -> Vec<&'static str> {
+    Reading::OPTIONS.map(named).to_vec()
+}
+
+/// The options of reading as texts, by their names; None values are left out.
+pub fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String, String)>> {
     let mut options = Vec::new();
     for (name, value) in given.into_iter().flatten() {
         if !value.is_none() {
@@ -44,9 +32,7 @@ pub fn options(given: Option<&Bound<'_, PyDict>>) -> PyResult<Vec<(String, Setti
                 _ => value,
             };
             let path = value.hasattr("__fspath__")?.then(|| value.call_method0("__fspath__")).transpose()?;
-            let value = path.unwrap_or(value);
-            let told = || format!("{name}: expected a number, a text or True, found {value}");
-            options.push((name.clone(), value.extract().map_err(|_| UsageError::new_err(told()))?));
+            options.push((name, path.unwrap_or(value).str()?.to_string()));
         }
     }
     Ok(options)
@@ -69,57 +55,14 @@ impl Follower {
 }
 
 /// The same in the form of the library.
-pub fn reading(options: &[(String, Setting)]) -> PyResult<leadlag::Reading> {
-    let mut reading = leadlag::Reading::default();
+pub fn reading(options: &[(String, String)]) -> PyResult<Reading> {
+    let mut reading = Reading::default();
     for (name, value) in options {
-        let text = || match value {
-            Setting::Text(text) => Ok(text.clone()),
-            Setting::Whole(number) => Ok(number.to_string()),
-            _ => Err(wrong(name, "a text")),
+        let Some(option) = Reading::OPTIONS.into_iter().find(|option| named(option) == name) else {
+            let known = names().join(", ");
+            return Err(UsageError::new_err(format!("unknown option {name} of reading: expected {known}")));
         };
-        let number = || match value {
-            Setting::Number(number) => Ok(*number),
-            Setting::Whole(number) => Ok(*number as f64),
-            _ => Err(wrong(name, "a number")),
-        };
-        match name.as_str() {
-            "layout" => {
-                reading.layout = Some(text()?.parse().map_err(|error| UsageError::new_err(format!("{error}")))?)
-            }
-            "columns" => reading.columns = Some(text()?),
-            "trajectory" => reading.trajectory = Some(text()?),
-            "segment" => {
-                let segment = match value {
-                    Setting::Whole(segment) => u32::try_from(*segment).ok().filter(|segment| *segment > 0),
-                    _ => None,
-                };
-                reading.segment = Some(segment.ok_or_else(|| wrong(name, "a whole number from 1 on"))?);
-            }
-            "start" => reading.from = Some(number()?),
-            "end" => reading.to = Some(number()?),
-            "max_gap" => reading.max_gap_s = number()?,
-            "smooth" | "correct" => {
-                let Setting::Flag(wanted) = value else { return Err(wrong(name, "True or False")) };
-                *(if name == "smooth" { &mut reading.smooth } else { &mut reading.correct }) = *wanted;
-            }
-            "resample" => reading.resample_s = Some(number()?),
-            "reconcile" => {
-                reading.reconcile = text()?.parse().map_err(|error| UsageError::new_err(format!("{error}")))?
-            }
-            "vehicle" => reading.vehicle = Some(text()?),
-            "grade" => reading.grade = Some(text()?),
-            "lead_length" => reading.lead_length_m = Some(number()?),
-            "lead_start" => reading.lead_start_m = Some(number()?),
-            _ => {
-                let known = OPTIONS.join(", ");
-                return Err(UsageError::new_err(format!("unknown option {name} of reading: expected {known}")));
-            }
-        }
+        reading.set(option, value).map_err(|error| UsageError::new_err(format!("{name}: {error}")))?;
     }
     Ok(reading)
-}
-
-/// Error for an option with the wrong kind of value.
-pub fn wrong(name: &str, expected: &str) -> PyErr {
-    UsageError::new_err(format!("{name}: expected {expected}"))
 }

@@ -74,6 +74,14 @@ impl Recording {
         cars.map(|car| (car.number - 1, car.name.clone())).collect()
     }
 
+    /// The ids of its trajectories, of those that [`Reading::trajectory`] names if it names any; `None` for one without an id.
+    #[must_use]
+    pub fn trajectories(&self) -> Vec<Option<String>> {
+        let wanted = self.reading.ids(&self.read);
+        let ids = self.read.platoons.iter().map(|platoon| platoon.id.clone());
+        ids.filter(|id| wanted.is_empty() || id.as_ref().is_some_and(|id| wanted.contains(id))).collect()
+    }
+
     /// The drive of a follower: 1 is right behind the platoon leader.
     ///
     /// # Errors

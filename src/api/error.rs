@@ -1,6 +1,7 @@
 //! Errors, divided into wrong usage and failures.
 
 use crate::calibrate::BoundsError;
+use crate::study::{DriveError, StudyError};
 use crate::synthetic::SyntheticError;
 use crate::trajectory::PrepareError;
 use crate::vehicle::VehicleError;
@@ -64,6 +65,21 @@ pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
             use SyntheticError::{NobodyAhead, OutOfRange, TooLate};
             matches!(e, OutOfRange { .. } | NobodyAhead { .. } | TooLate { .. })
         })
+        || error.downcast_ref().is_some_and(is_usage_of_study)
+}
+
+/// True if the plan or the request is invalid, as elsewhere.
+fn is_usage_of_study(error: &StudyError) -> bool {
+    use StudyError::{Bounds, Drive, ForeignPlan, Missing, NoTask, Plan, PlanForFolder};
+    match error {
+        Plan(plan) => !matches!(plan, crate::study::PlanError::Read { .. }),
+        Drive(DriveError::Prepare { source, .. }) => is_usage(&PrepareError::clone(source).into()),
+        // Settings that these data need but the plan lacks.
+        Drive(DriveError::Several { .. } | DriveError::Map { .. }) | Missing { .. } => true,
+        Drive(DriveError::Vehicle(vehicle)) => matches!(vehicle, VehicleError::Unknown { .. }),
+        Bounds { .. } | ForeignPlan(_) | NoTask { .. } | PlanForFolder(_) => true,
+        _ => false,
+    }
 }
 
 /// An invalid request.

@@ -120,7 +120,7 @@ impl Evaluator {
         Ok(all)
     }
 
-    /// Meaning of the number, and the reason for its value.
+    /// The places of the candidates with a finite score on every drive.
     fn feasible(&self, lanes: &Lanes, candidates: &[Vec<f64>]) -> anyhow::Result<Vec<usize>> {
         let mut feasible: Vec<usize> = (0..candidates.len()).filter(|i| self.is_possible(&candidates[*i])).collect();
         for case in 0..lanes.cases().len() {

@@ -15,7 +15,9 @@ pub(crate) mod model;
 pub(crate) mod once;
 mod population;
 pub(crate) mod reading;
-mod study;
+pub(crate) mod study;
+#[cfg(feature = "cli")]
+pub(crate) mod values;
 pub(crate) mod warnings;
 
 #[doc(inline)]

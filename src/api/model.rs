@@ -8,10 +8,12 @@ use crate::catalog;
 #[cfg(feature = "cli")]
 use crate::catalog::UnknownVariant;
 use crate::extension::Extension;
+use crate::reference::knows;
+use crate::select::Kind;
 use crate::text::bounded::{TEXT_MAX, read_to_string};
 #[cfg(feature = "cli")]
 use crate::wgsl::law_file;
-use crate::wgsl::{ModelError, law_with, laws, read_extension, read_law, read_model};
+use crate::wgsl::{ModelError, extension_named, law_with, laws, read_extension, read_law, read_model};
 use anyhow::Context;
 use std::fmt;
 use std::path::Path;
@@ -186,4 +188,21 @@ impl Law {
     pub fn text(&self) -> &'static str {
         &self.0.text
     }
+}
+
+/// The option for an evaluator, and the option for one that can replace the reference.
+#[cfg(feature = "cli")]
+pub(crate) const BY_FLAGS: [&str; 2] = ["--evaluator reference", "--evaluator lanes --precision f64"];
+/// The same in the plan of a study.
+pub(crate) const BY_PLAN: [&str; 2] = ["evaluator = \"reference\"", "evaluator = \"lanes\" and precision = \"f64\""];
+
+/// Refuses the reference for a variant with a user's extension, of which it has no transcription.
+pub(crate) fn transcribed(kind: Kind, variant: &catalog::Variant, [asked, instead]: [&str; 2]) -> anyhow::Result<()> {
+    if kind != Kind::Reference || knows(variant) {
+        return Ok(());
+    }
+    let own = variant.extensions.list().iter().filter(|e| extension_named(&e.name).is_none());
+    let files: Vec<&str> = own.map(|e| e.file.as_str()).collect();
+    let (is, files) = (if files.len() == 1 { "is" } else { "are" }, files.join(", "));
+    Err(Usage(format!("`{asked}` knows the built-in causes only; {files} {is} your own: use `{instead}`")).into())
 }

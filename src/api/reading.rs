@@ -1,8 +1,11 @@
 //! From files, or tables in memory, to trajectories with vehicle and grade.
 
-use super::error::Usage;
+use super::error::{Error, Usage, usage};
+#[cfg(feature = "cli")]
+use super::values::{finite, one_of, real, whole};
 use crate::catalog::{Constraint, Variant};
 use crate::score::GoodnessOfFit;
+use crate::text::shown::NAMED;
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped, read_mapped_from};
 use crate::trajectory::{
@@ -13,44 +16,75 @@ use crate::vehicle::{self, Vehicle};
 use anyhow::Context;
 use rayon::iter::{IntoParallelIterator, ParallelIterator};
 use std::collections::BTreeSet;
+use std::num::NonZeroU32;
 use std::path::{Path, PathBuf};
 
 /// How measured files are read and prepared. By default the header decides on the layout, gaps of up to one second are interpolated, and
 /// the longest segment between longer gaps is taken.
 #[derive(Debug, Clone, PartialEq)]
+#[cfg_attr(feature = "cli", derive(clap::Args), command(next_help_heading = "Data"))]
 #[non_exhaustive]
 pub struct Reading {
-    /// Layout of the file; `None`: as the header indicates.
+    /// Layout: openacc, astazero-rebuilt, astazero-processed, ultra-av, pair [default: by the header]
+    #[cfg_attr(feature = "cli", arg(long))]
     pub layout: Option<Layout>,
     /// Column map of a table of another layout, in place of a layout: the name of one that is built in, or your own file.
+    #[cfg_attr(feature = "cli",
+        arg(long, value_name = "NAME|FILE.toml", conflicts_with = "layout", help = columns_help()))]
     pub columns: Option<String>,
-    /// Trajectory id in a file with several, or several ids separated by commas.
+    /// Trajectory id in a file with several, or several ids separated by commas
+    #[cfg_attr(feature = "cli", arg(long, value_name = "ID"))]
     pub trajectory: Option<String>,
-    /// Segment between long gaps, from 1; `None`: the longest.
+    /// Number of the segment, as listed by `leadlag inspect` [default: the longest]
+    #[cfg_attr(feature = "cli",
+        arg(long, value_name = "K", value_parser = whole(1, u32::MAX), allow_negative_numbers = true))]
     pub segment: Option<u32>,
-    /// First time to use, as in the file \[s\].
+    /// First time to use, in the file's own seconds
+    #[cfg_attr(feature = "cli", arg(long, value_name = "T", value_parser = finite, allow_negative_numbers = true))]
     pub from: Option<f64>,
-    /// Last time to use, as in the file \[s\].
+    /// Last time to use, in the file's own seconds
+    #[cfg_attr(feature = "cli", arg(long, value_name = "T", value_parser = finite, allow_negative_numbers = true))]
     pub to: Option<f64>,
-    /// Longest gap that is interpolated \[s\]; longer gaps split the file.
+    /// Interpolate missing samples over at most this many seconds; longer interruptions split the file
+    #[cfg_attr(feature = "cli",
+        arg(long = "max-gap", value_name = "S", default_value_t = Preparation::default().max_gap_s,
+            value_parser = real(Preparation::MAX_GAP_S, "s"), allow_negative_numbers = true))]
     pub max_gap_s: f64,
-    /// Whether signals are smoothed as the paper's authors did: two Savitzky-Golay passes, 51 points, cubic.
+    /// Smooth as the paper's authors did: two Savitzky-Golay passes, 51 points, cubic
+    #[cfg_attr(feature = "cli", arg(long))]
     pub smooth: bool,
-    /// Time step to resample to \[s\].
+    /// Resample to this time step, in seconds
+    #[cfg_attr(feature = "cli",
+        arg(long = "resample", value_name = "DT", value_parser = real(Preparation::RESAMPLE_S, "s"),
+            allow_negative_numbers = true))]
     pub resample_s: Option<f64>,
-    /// Whether findings of the data check are corrected if possible.
+    /// Correct faults of the data where possible
+    #[cfg_attr(feature = "cli", arg(long))]
     pub correct: bool,
-    /// Anchor of the spacing if the measured spacing and the speeds contradict each other.
+    /// Anchor of the spacing if the measured spacing and the speeds contradict each other
+    #[cfg_attr(feature = "cli", arg(long, default_value = "gap", value_parser = one_of(&[
+        ("gap", Reconcile::Gap, "The measured spacing; the position of the preceding vehicle is derived from it"),
+        ("speeds", Reconcile::Speeds, "The integrated speed difference, starting from the first measured spacing"),
+    ])))]
     pub reconcile: Reconcile,
-    /// The follower's car: a built-in vehicle or `FILE#NAME`; `None`: by its name in the file.
+    /// The follower: a built-in vehicle or FILE#NAME [default: by its name in the file]
+    #[cfg_attr(feature = "cli", arg(long, value_name = "NAME|FILE#NAME"))]
     pub vehicle: Option<String>,
-    /// Grade table, or `level`.
+    /// Grade table: X,Y of a closed track, or position_m,sin_grade of an open road; or `level`
+    #[cfg_attr(feature = "cli", arg(long, value_name = "FILE|level"))]
     pub grade: Option<String>,
-    /// Length of the preceding vehicle \[m\]; `None`: from the file, else unknown.
+    /// Length of the preceding vehicle in m [default: from the file, else unknown]
+    #[cfg_attr(feature = "cli",
+        arg(long = "lead-length", value_name = "M", value_parser = real(Preparation::LEAD_LENGTH_M, "m"),
+            allow_negative_numbers = true))]
     pub lead_length_m: Option<f64>,
-    /// Position of the preceding vehicle on the grade table at the first row of the file \[m\].
+    /// Position of the preceding vehicle on the grade table at the first row of the file, in m
+    #[cfg_attr(feature = "cli",
+        arg(long = "lead-start", value_name = "M", value_parser = real(Preparation::LEAD_START_M, "m"),
+            allow_negative_numbers = true))]
     pub lead_start_m: Option<f64>,
     /// The measure that is minimised, if it is known: faults that do not change it are no warning.
+    #[cfg_attr(feature = "cli", arg(skip))]
     pub(crate) measure: Option<GoodnessOfFit>,
 }
 
@@ -75,6 +109,14 @@ impl Default for Reading {
             measure: None,
         }
     }
+}
+
+/// Help text of `--columns`.
+#[cfg(feature = "cli")]
+pub(crate) fn columns_help() -> String {
+    let shipped: Vec<&str> = ColumnMap::shipped().iter().map(|(name, _)| *name).collect();
+    let shipped = shipped.join(", ");
+    format!("Column map of a table of another layout: {shipped} (`leadlag list columns`), or your own file")
 }
 
 /// Source of a recording.
@@ -152,6 +194,58 @@ pub(crate) fn start_assumed(trajectory: &Trajectory) -> Option<String> {
 }
 
 impl Reading {
+    /// The options, by the names that [`Reading::set`] takes.
+    pub const OPTIONS: [&str; 15] = [
+        "columns",
+        "layout",
+        "trajectory",
+        "segment",
+        "from",
+        "to",
+        "max_gap",
+        "smooth",
+        "correct",
+        "resample",
+        "reconcile",
+        "vehicle",
+        "grade",
+        "lead_length",
+        "lead_start",
+    ];
+
+    /// Sets an option from a text: `True` or `False` for what is on or off, numbers in SI units.
+    ///
+    /// # Errors
+    /// What was expected instead of this value. Ranges are checked when a file is read.
+    pub fn set(&mut self, option: &str, value: &str) -> Result<(), Error> {
+        fn read<T: std::str::FromStr>(value: &str, expected: &str) -> Result<T, Error> {
+            value.trim().parse().map_err(|_| anyhow::Error::from(Usage(format!("expected {expected}"))).into())
+        }
+        let text = || Some(value.to_owned());
+        let number = || read(value, "a number");
+        match option {
+            "columns" => self.columns = text(),
+            "layout" => self.layout = Some(value.parse().map_err(usage)?),
+            "trajectory" => self.trajectory = text(),
+            "segment" => {
+                self.segment = Some(read::<NonZeroU32>(value, "a whole number from 1 on")?.get());
+            }
+            "from" => self.from = Some(number()?),
+            "to" => self.to = Some(number()?),
+            "max_gap" => self.max_gap_s = number()?,
+            "smooth" => self.smooth = read(&value.to_lowercase(), "True or False")?,
+            "correct" => self.correct = read(&value.to_lowercase(), "True or False")?,
+            "resample" => self.resample_s = Some(number()?),
+            "reconcile" => self.reconcile = value.parse().map_err(usage)?,
+            "vehicle" => self.vehicle = text(),
+            "grade" => self.grade = text(),
+            "lead_length" => self.lead_length_m = Some(number()?),
+            "lead_start" => self.lead_start_m = Some(number()?),
+            _ => return Err(anyhow::Error::from(Usage(format!("expected {}", Self::OPTIONS.join(", ")))).into()),
+        }
+        Ok(())
+    }
+
     /// Reads a recording without preparation.
     pub(super) fn open(&self, input: Input<'_>) -> anyhow::Result<Recording> {
         let map = self.columns.as_deref().map(column_map).transpose()?;
@@ -614,7 +708,7 @@ fn numbered(recording: &mut Recording, given: &str) -> anyhow::Result<usize> {
         }
     }
     let near = did_you_mean(given, names.iter().copied());
-    names.truncate(PAIRS_NAMED);
+    names.truncate(NAMED);
     let message = format!(
         "--follower: expected a number, 1 right behind the platoon leader, or the name of a car that follows, found `{given}`; \
          {} has {}{near}; ids of vehicles need --columns",
@@ -634,8 +728,6 @@ pub(crate) fn column_map(given: &str) -> anyhow::Result<ColumnMap> {
 
 /// Warnings on single trajectories that a joint calibration of a table repeats; hundreds would hide the others.
 const WARNED: usize = 3;
-/// Some pairs of a mapped table are named in messages.
-const PAIRS_NAMED: usize = 5;
 
 fn longest_pairs(recording: &Recording) -> String {
     let name = |platoon: &Platoon| {
@@ -643,7 +735,7 @@ fn longest_pairs(recording: &Recording) -> String {
         let follower = platoon.cars.last().map_or("", |car| car.name.as_str());
         format!("{follower} ({duration:.1} s)")
     };
-    let named: Vec<String> = recording.platoons.iter().take(PAIRS_NAMED).map(name).collect();
+    let named: Vec<String> = recording.platoons.iter().take(NAMED).map(name).collect();
     let path = &recording.source.path;
     format!(
         "it has {} pairs, first {}; `leadlag inspect {path} --columns ...` lists more",
@@ -669,4 +761,54 @@ pub(crate) fn only_follower(recording: &Recording) -> anyhow::Result<usize> {
     }
     let path = &recording.source.path;
     Err(Usage(format!("--follower is needed: {path} has the followers {}", followers.join(", "))).into())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// A value of each option other than the default.
+    fn changed(option: &str) -> &'static str {
+        match option {
+            "layout" => "pair",
+            "smooth" | "correct" => "True",
+            "reconcile" => "speeds",
+            "columns" | "trajectory" | "vehicle" | "grade" => "some",
+            _ => "2",
+        }
+    }
+
+    #[test]
+    fn every_option_can_be_set() {
+        for option in Reading::OPTIONS {
+            let mut reading = Reading::default();
+            reading.set(option, changed(option)).unwrap_or_else(|error| panic!("{option}: {error}"));
+            assert_ne!(reading, Reading::default(), "{option}");
+        }
+        let refused = |option, value| Reading::default().set(option, value).expect_err("refused").to_string();
+        assert_eq!(refused("segment", "0"), "expected a whole number from 1 on");
+        assert_eq!(refused("smooth", "1"), "expected True or False");
+        assert!(refused("speed", "1").starts_with("expected columns, layout, "));
+    }
+
+    #[cfg(feature = "cli")]
+    #[test]
+    fn flags_and_names_are_the_same_options() {
+        use clap::{Args, FromArgMatches};
+        let command = Reading::augment_args(clap::Command::new("reading"));
+        let of = |words: &[String]| {
+            let matches = command.clone().try_get_matches_from([&["reading".to_owned()], words].concat());
+            Reading::from_arg_matches(&matches.expect("valid")).expect("valid")
+        };
+        assert_eq!(of(&[]), Reading::default());
+        for option in Reading::OPTIONS {
+            let (flag, value) = (format!("--{}", option.replace('_', "-")), changed(option));
+            let words = if value == "True" { vec![flag] } else { vec![format!("{flag}={value}")] };
+            let mut reading = Reading::default();
+            reading.set(option, value).expect("valid");
+            assert_eq!(of(&words), reading, "{option}");
+        }
+        let flags = command.get_arguments().filter(|argument| argument.get_long() != Some("help"));
+        assert_eq!(flags.count(), Reading::OPTIONS.len());
+    }
 }

@@ -8,6 +8,7 @@ use crate::convention::Convention;
 use crate::evaluator::Case;
 use crate::simulate::{far_above, far_above_told};
 use crate::symbols::Symbol;
+use crate::text::shown::NAMED;
 use crate::trajectory::{Note, Trajectory};
 use crate::wgsl::extension_named;
 
@@ -184,9 +185,6 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     }
     said
 }
-
-/// Names of files for a warning about several.
-const NAMED: usize = 5;
 
 /// Each file once; the first ones of many.
 fn paths(loaded: &[&Trajectory]) -> String {

@@ -10,7 +10,6 @@ use serde_json::{Value, json};
 pub struct Goal {
     /// The goal, in words.
     pub what: String,
-    /// Its unit.
     pub unit: &'static str,
     /// The value to reach.
     pub wanted: f64,

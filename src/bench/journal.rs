@@ -11,7 +11,6 @@ use std::path::Path;
 pub trait Outcome: Serialize + DeserializeOwned {
     /// The settings.
     type Task: Ord + Clone;
-    /// The task.
     fn task(&self) -> &Self::Task;
     /// The program, with the revision on which results depend.
     fn program(&self) -> &str;

@@ -47,74 +47,38 @@ use crate::vehicle::VehicleError;
 
 /// A measurement that failed.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum BenchError {
-    /// The synthetic drive could not be made.
     #[error(transparent)]
     Synthetic(#[from] SyntheticError),
-    /// The measured file could not be read.
     #[error(transparent)]
     Import(#[from] ImportError),
-    /// The file has no such follower, or no usable data.
     #[error(transparent)]
     Prepare(#[from] PrepareError),
-    /// A variant cannot run on the drive.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// The candidates cannot be drawn.
     #[error(transparent)]
     Bounds(#[from] BoundsError),
-    /// The vehicles cannot be read.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
-    /// No such optimiser.
     #[error(transparent)]
     Optimizer(#[from] UnknownWord),
-    /// No such convention.
     #[error(transparent)]
     Convention(#[from] ConventionError),
-    /// No such variant.
     #[error(transparent)]
     Variant(#[from] UnknownVariant),
-    /// An evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// The measured calibration failed.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
-    /// A seed whose cases would share seeds with another one.
     #[error("expected a seed from 0 to {most}, found {found}")]
-    Seed {
-        /// The largest.
-        most: u64,
-        /// The request.
-        found: u64,
-    },
-    /// More cases than a seed has.
+    Seed { most: u64, found: u64 },
     #[error(
         "{sizes} sizes make {found} cases, and a seed has at most {most}: give fewer sizes, or run them in two parts with two seeds"
     )]
-    Cases {
-        /// Largest number.
-        most: usize,
-        /// Number found.
-        found: usize,
-        /// The requested sizes.
-        sizes: usize,
-    },
-    /// The timed program fails.
+    Cases { most: usize, found: usize, sizes: usize },
     #[error("{program} calibrate: expected success, found: {said}")]
-    Program {
-        /// The program.
-        program: String,
-        /// Its output.
-        said: String,
-    },
-    /// Files cannot be written.
+    Program { program: String, said: String },
     #[error("{path}: cannot write: {source}")]
-    Write {
-        /// The file.
-        path: String,
-        /// The cause of the error.
-        source: std::io::Error,
-    },
+    Write { path: String, source: std::io::Error },
 }

@@ -39,7 +39,6 @@ pub(super) const MANY: usize = 262_144;
 /// All measurements.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Report {
-    /// The machine.
     pub machine: Machine,
     /// The GPU, or the software driver in its place.
     pub adapter: Option<String>,
@@ -128,9 +127,6 @@ fn plan(effort: Effort, has_hardware: bool) -> Vec<(Contender, Variant, usize)> 
 }
 
 /// Runs the measurements. `progress` receives the name of each step.
-///
-/// # Errors
-/// [`BenchError`].
 pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
     let machine = Machine::here();
     let mut measurements = Vec::new();

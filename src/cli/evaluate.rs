@@ -1,12 +1,12 @@
 //! `leadlag evaluate`: scores of parameter vectors in rows.
 
-use super::data::columns_help;
 use super::evaluator::EvaluatorArgs;
 use super::progress::Bar;
 use super::simulate::beside;
 use super::{evaluator, fleet_row, interrupt, output};
 use crate::api::bounds::read_bounds;
-use crate::api::reading::{column_map, read_grade};
+use crate::api::reading::{column_map, columns_help, read_grade};
+use crate::api::values::one_of;
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::evaluate::{DataLayout, Library, Settings, TableError, evaluate_table};
@@ -18,7 +18,6 @@ use crate::symbols::Symbol;
 use crate::trajectory::Preparation;
 use crate::vehicle;
 use anyhow::{Context, bail};
-use clap::ValueEnum;
 use indicatif::HumanDuration;
 use std::fs::File;
 use std::io::{BufReader, BufWriter, Write};
@@ -36,8 +35,11 @@ pub struct Args {
     #[arg(long, value_name = "NAME|FILE.toml", help = columns_help())]
     columns: Option<String>,
     /// Which copy of the AstaZero platoons is searched in DIR
-    #[arg(long, value_enum, default_value_t = LayoutArg::Processed)]
-    layout: LayoutArg,
+    #[arg(long, default_value = "processed", value_parser = one_of(&[
+        ("processed", DataLayout::Processed, "astazero_c2art, as the paper's authors processed them"),
+        ("rebuilt", DataLayout::Rebuilt, "astazero_rebuilt, unfiltered speeds and measured gaps"),
+    ]))]
+    layout: DataLayout,
     /// paper or authors, with single rows changed behind a comma: authors,road_load=si [default: that of the fleet, else paper]
     #[arg(long)]
     convention: Option<Convention>,
@@ -76,14 +78,6 @@ const NOTES: usize = 10;
 /// Given rows deserve all digits, and `lanes` in f64 is fast; the number of rows is unknown.
 const WORK: Work = Work { candidates: 1, precision: LanesPrecision::F64 };
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum LayoutArg {
-    /// astazero_c2art, as the paper's authors processed them
-    Processed,
-    /// astazero_rebuilt, unfiltered speeds and measured gaps
-    Rebuilt,
-}
-
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let selection = args.evaluator.selection()?;
     // Any with a perception delay.
@@ -102,16 +96,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let table = Case::bounds(Symbol::tau_p, None, convention).context("Table 3 bounds tau_p")?;
     let [_, tau_p_upper] = overrides.get(name).copied().or(own).unwrap_or(table);
     let settings = Settings { convention, tau_p_upper, rescore: args.rescore };
-    let layout = match args.layout {
-        LayoutArg::Processed => DataLayout::Processed,
-        LayoutArg::Rebuilt => DataLayout::Rebuilt,
-    };
     let grade = args.grade.as_deref().map(read_grade).transpose()?;
     let preparation = Preparation { grade, smooth: args.smooth, correct: args.correct, ..Preparation::default() };
     // Other data may have other columns.
     let own = of_fleet.as_ref().filter(|_| args.data.is_none()).and_then(|file| file.columns.as_deref());
     let columns = args.columns.as_deref().or(own).map(column_map).transpose()?;
-    let mut library = Library::open(args.data.as_deref(), layout, columns, preparation)?;
+    let mut library = Library::open(args.data.as_deref(), args.layout, columns, preparation)?;
     let known = of_fleet.as_ref().and_then(|file| file.vehicle.as_deref().map(|from| beside(from, &cases)));
     if let Some(vehicle) = args.vehicle.clone().or(known) {
         // Only some rows may need its curve.

@@ -1,17 +1,16 @@
 //! `leadlag export`: results for other programs.
 
 use super::change::Change;
-use super::data::result_file;
 use super::fleet_row;
-use super::folder::{finish, part};
+use super::folder::{finish, part, result_file};
 use super::{Usage, output};
 use crate::api::fleet::are_implausible;
+use crate::api::values::one_of;
 use crate::report::text::wrapped;
 use crate::result::ResultFile;
 use crate::sumo::{self, Distribution, Drive, Export, Loss, Model, Motion, VehicleType};
 use crate::trajectory::Source;
 use anyhow::Context;
-use clap::ValueEnum;
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -47,8 +46,14 @@ struct SumoArgs {
     #[arg(short, long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Model of SUMO [default: IDM for idm, ACC for l-cth and acc_milanes, KraussOrig1 for krauss, W99 for w99]
-    #[arg(long, value_enum)]
-    to: Option<ModelArg>,
+    #[arg(long, value_parser = one_of(&[
+        ("idm", Model::Idm, "Intelligent driver model"),
+        ("eidm", Model::Eidm, "Extended intelligent driver model: not the same equation"),
+        ("acc", Model::Acc, "Adaptive cruise control after Milanes and Shladover"),
+        ("krauss", Model::Krauss, "Krauss' model of 1998"),
+        ("w99", Model::W99, "Wiedemann 99"),
+    ]))]
+    to: Option<Model>,
     /// The program sumo, or the folder it is installed in [default: SUMO_HOME, else on the path]
     #[arg(long, value_name = "PATH", conflicts_with = "no_run")]
     sumo: Option<PathBuf>,
@@ -60,35 +65,14 @@ struct SumoArgs {
     json: bool,
 }
 
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum ModelArg {
-    /// Intelligent driver model
-    Idm,
-    /// Extended intelligent driver model: not the same equation
-    Eidm,
-    /// Adaptive cruise control after Milanes and Shladover
-    Acc,
-    /// Krauss' model of 1998
-    Krauss,
-    /// Wiedemann 99
-    W99,
-}
-
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let Command::Sumo(args) = &args.command;
-    let asked = args.to.map(|to| match to {
-        ModelArg::Idm => Model::Idm,
-        ModelArg::Eidm => Model::Eidm,
-        ModelArg::Acc => Model::Acc,
-        ModelArg::Krauss => Model::Krauss,
-        ModelArg::W99 => Model::W99,
-    });
     let file = result_file(&args.result)?;
     if let Some(folder) = fleet_row::folder_of(&args.result).filter(|_| !file.is_file() || file.ends_with(FLEET)) {
-        return fleet(args, &folder, asked);
+        return fleet(args, &folder);
     }
     let result = ResultFile::read(&file)?;
-    let mut vtype = sumo::export(&result.calibrated_variant()?, asked).map_err(|error| Usage(error.to_string()))?;
+    let mut vtype = sumo::export(&result.calibrated_variant()?, args.to).map_err(|error| Usage(error.to_string()))?;
     if let Some(data) = result.data.first() {
         vtype.mean_for(data.treatment.step_s);
     }
@@ -124,7 +108,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 }
 
 /// The drivers of a fleet as types of one distribution; those with doubtful data are omitted and listed.
-fn fleet(args: &SumoArgs, folder: &Path, asked: Option<Model>) -> anyhow::Result<()> {
+fn fleet(args: &SumoArgs, folder: &Path) -> anyhow::Result<()> {
     if args.sumo.is_some() {
         return Err(
             Usage("--sumo: leadlag runs SUMO behind the leader of one result, not for a fleet".to_owned()).into()
@@ -142,7 +126,7 @@ fn fleet(args: &SumoArgs, folder: &Path, asked: Option<Model>) -> anyhow::Result
     let (model, source) = (first.model.clone(), folder.display().to_string());
     let mut types = Vec::new();
     for (row, calibrated) in &sound {
-        let mut vtype = sumo::export(calibrated, asked).map_err(|error| Usage(error.to_string()))?;
+        let mut vtype = sumo::export(calibrated, args.to).map_err(|error| Usage(error.to_string()))?;
         // Without the rounding error of a quotient.
         vtype.mean_for((row.step_s * 1e6).round() / 1e6);
         types.push((format!("leadlag_{}_{}", row.pair, part(&row.name)), vtype));

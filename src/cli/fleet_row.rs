@@ -2,15 +2,16 @@
 
 use super::Usage;
 use super::change::settle;
-use super::folder::FLEET;
+use super::folder::{FLEET, read};
 use super::report::fleet::rows;
 use crate::catalog::Variant;
 use crate::evaluator::Case;
 use crate::extension::Extension;
 use crate::report::fleet::{FleetFile, Shown};
-use crate::result::{ExtensionEntry, read_bounded};
+use crate::result::ExtensionEntry;
 use crate::simulate::CalibratedVariant;
 use crate::symbols::{Parameters, Symbol};
+use crate::text::shown::{NAMED, first};
 use crate::text::spelling::did_you_mean;
 use crate::wgsl::extension_named;
 use anyhow::Context;
@@ -18,9 +19,6 @@ use std::path::{Path, PathBuf};
 
 /// The table of parameters of a fleet.
 pub const TABLE: &str = "parameters.csv";
-
-/// Largest number of drivers in a message.
-const NAMED: usize = 5;
 
 /// The folder of a fleet, if the given result is one: the folder itself, its table or its `fleet.json`.
 pub fn folder_of(given: &Path) -> Option<PathBuf> {
@@ -33,9 +31,7 @@ pub fn folder_of(given: &Path) -> Option<PathBuf> {
 /// The `fleet.json` of a folder.
 pub fn file_of(folder: &Path) -> anyhow::Result<FleetFile> {
     settle(folder)?;
-    let path = folder.join(FLEET);
-    serde_json::from_str(&read_bounded(&path)?)
-        .with_context(|| format!("{}: expected a fleet of this version of leadlag", path.display()))
+    read(&folder.join(FLEET), "a fleet")
 }
 
 /// The fleet of a folder, and its rows that have a result of the model that it has chosen.
@@ -65,14 +61,13 @@ pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::R
     let [row] = found.as_slice() else {
         let names: Vec<&str> = all.iter().map(|row| row.name.as_str()).collect();
         let near = driver.map_or(String::new(), |id| did_you_mean(id, names.iter().copied()));
-        let more = if names.len() > NAMED { ", ..." } else { "" };
-        let listed = names[..names.len().min(NAMED)].join(", ");
+        let listed = first(&names, NAMED);
         let asked = match (driver, found.len()) {
             (None, _) => "give the driver by --follower or --trajectory".to_owned(),
             (Some(id), 0) => format!("found no driver {id}"),
             (Some(id), n) => format!("found {n} drives of driver {id}; calibrate with one of them alone"),
         };
-        return Err(Usage(format!("{shown}: expected one driver; {asked}; it has {listed}{more}{near}")).into());
+        return Err(Usage(format!("{shown}: expected one driver; {asked}; it has {listed}{near}")).into());
     };
     let variant = calibrated(folder, &file, row)?;
     Ok((file, variant))

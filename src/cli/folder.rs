@@ -4,6 +4,9 @@ use super::Usage;
 use super::change::{Change, settle};
 use super::evaluator::printed_warnings;
 use crate::report::html::{MadeBy, RUN_VERSION};
+use crate::result::read_bounded;
+use anyhow::Context;
+use serde::de::DeserializeOwned;
 use std::path::{Path, PathBuf};
 
 /// Files that mark a calibration, a diagnosis and a fleet.
@@ -12,6 +15,24 @@ pub const DIAGNOSIS: &str = "diagnosis.json";
 pub const FLEET: &str = "fleet.json";
 /// The command that made them, and its warnings. It differs from run to run; results do not.
 pub const RUN: &str = "run.json";
+
+/// The contents of a file of a result, such as `a fleet`.
+pub fn read<T: DeserializeOwned>(path: &Path, what: &str) -> anyhow::Result<T> {
+    parsed(&read_bounded(path)?, path, what)
+}
+
+/// The same of its text.
+pub fn parsed<T: DeserializeOwned>(text: &str, path: &Path, what: &str) -> anyhow::Result<T> {
+    serde_json::from_str(text)
+        .with_context(|| format!("{}: expected {what} of this version of leadlag", path.display()))
+}
+
+/// The result of a calibration, by its file or by the folder of `calibrate`.
+pub fn result_file(given: &Path) -> anyhow::Result<PathBuf> {
+    let file = if given.is_dir() { given.join(RESULT) } else { given.to_owned() };
+    file.parent().map_or(Ok(()), settle)?;
+    Ok(file)
+}
 
 /// Refuses a folder that holds a result of another kind, some of whose files would be overwritten; `own` is a name for a folder in it.
 pub fn refuse(folder: &Path, other: &str, own: &str) -> anyhow::Result<()> {

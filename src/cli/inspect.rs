@@ -1,9 +1,8 @@
 //! `leadlag inspect`: what a measured file contains.
 
-use super::data::columns_help;
-use super::number::real;
 use super::{Usage, output};
-use crate::api::reading::column_map;
+use crate::api::reading::{column_map, columns_help};
+use crate::api::values::real;
 use crate::trajectory::import::{ColumnMap, read_mapped};
 use crate::trajectory::{Inspection, Layout, Preparation, PrepareError, import, inspect};
 use std::path::{Path, PathBuf};

@@ -19,7 +19,6 @@ mod change;
 mod check;
 mod columns;
 mod completions;
-mod data;
 mod demo;
 mod diagnose;
 #[cfg(feature = "gpu")]
@@ -33,7 +32,6 @@ mod inspect;
 mod interrupt;
 mod list;
 mod man;
-mod number;
 mod output;
 mod plot;
 mod progress;
@@ -43,7 +41,7 @@ mod study;
 mod synth;
 
 use crate::api::diagnosis::Found;
-use crate::api::error::Usage;
+use crate::api::error::{Usage, is_usage};
 use crate::api::{Drive, Error, Findings, Fit};
 use anyhow::Context;
 use clap::{CommandFactory, Parser, Subcommand};
@@ -76,7 +74,7 @@ const GLOBAL: &str = "Global options";
 struct Cli {
     /// Number of threads; results do not depend on it
     #[arg(long, global = true, help_heading = GLOBAL, value_name = "N", allow_negative_numbers = true,
-          value_parser = number::whole(1_u16, 1024))]
+          value_parser = crate::api::values::whole(1_u16, 1024))]
     threads: Option<u16>,
     /// Suppress progress, hints and warnings on stderr; errors still appear
     #[arg(short, long, global = true, help_heading = GLOBAL)]
@@ -169,11 +167,6 @@ fn command() -> clap::Command {
 #[error("exit code {0}")]
 pub(crate) struct Exit(pub u8);
 
-/// True if the command line itself is invalid, whatever the data.
-fn is_usage(error: &anyhow::Error) -> bool {
-    crate::api::error::is_usage(error) || error.downcast_ref().is_some_and(study::is_usage)
-}
-
 static GIVEN: OnceLock<String> = OnceLock::new();
 
 /// The command; none if a program uses the library.
@@ -232,6 +225,15 @@ pub fn save_findings(findings: &Findings, folder: &Path) -> Result<(), Error> {
         Found::Fleet(outcome) => diagnose::write::of_fleet(folder, outcome),
     };
     Ok(written?)
+}
+
+/// Writes the tables of `study merge`.
+///
+/// # Errors
+/// If tasks are missing, or parts contradict each other.
+pub fn merge(study: &Path) -> Result<(), Error> {
+    let of = study::status::Place { folder: study.to_owned(), parts: Vec::new() };
+    Ok(study::merge::tables(&of, false, None).map(drop)?)
 }
 
 /// The page that `report` makes of the main file of a folder: `result.json`, `diagnosis.json`, `fleet.json` or `tasks.jsonl`.

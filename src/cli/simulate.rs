@@ -1,16 +1,16 @@
 //! `leadlag simulate`: a calibrated variant on a trajectory, or a platoon in which each simulated car leads the next.
 
 use super::change::Change;
-use super::data::{DataArgs, result_file};
 use super::evaluator::warn;
+use super::folder::result_file;
 use super::{Usage, fleet_row, folder, output};
-use crate::api::reading::{Input, Loaded, start_assumed};
+use crate::api::reading::{Input, Loaded, Reading, start_assumed};
 use crate::evaluator::{Case, Outcome};
 use crate::reference::Trace;
 use crate::report::text::wrapped;
 use crate::report::{plot, simulation};
 use crate::rescore;
-use crate::result::{ResultFile, VehicleEntry, diagnosis, read_bounded};
+use crate::result::{ResultFile, VehicleEntry, diagnosis};
 use crate::score::{GoodnessOfFit, Measures, Signal};
 use crate::simulate::{Ahead, CalibratedVariant, far_above_in, follow};
 use crate::trajectory::{Recording, Treatment};
@@ -45,7 +45,7 @@ pub struct Args {
     #[arg(long, conflicts_with = "json")]
     plot: bool,
     #[command(flatten)]
-    data: DataArgs,
+    data: Reading,
 }
 
 /// A calibrated variant with the vehicle and data of its file.
@@ -79,7 +79,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             folder::is_of(name, "simulation", "csv") || several.iter().any(|start| name.starts_with(start))
         })?;
     }
-    let reading = args.data.reading();
+    let reading = &args.data;
     let (recording, follower) = reading.read(Input::File(&args.file), args.follower.as_deref())?;
     let followers = if args.platoon { followers(&recording) } else { vec![follower] };
     let ids = reading.ids(&recording);
@@ -161,8 +161,7 @@ fn read(args: &Args, given: &Path, driver: Option<&str>) -> anyhow::Result<Calib
         return Ok(Calibrated { path, vehicle: None, vehicle_from, treatment, variant });
     }
     if let Some(path) = folder::diagnosis_file(given) {
-        let outcome: diagnosis::Outcome = serde_json::from_str(&read_bounded(&path)?)
-            .with_context(|| format!("{}: expected a diagnosis of this version of leadlag", path.display()))?;
+        let outcome: diagnosis::Outcome = folder::read(&path, "a diagnosis")?;
         let variant =
             outcome.recommended_model().with_context(|| format!("{}: cannot be simulated", path.display()))?;
         let Some(variant) = variant else {
@@ -194,7 +193,7 @@ fn load(
     recording: &Recording,
     (follower, id): (Option<usize>, Option<&str>),
 ) -> anyhow::Result<Loaded> {
-    let mut reading = args.data.reading();
+    let mut reading = args.data.clone();
     let entry = model.vehicle.as_ref().filter(|_| reading.vehicle.is_none());
     reading.vehicle = reading.vehicle.or(model.vehicle_from.as_deref().map(|from| beside(from, &model.path)));
     let variant = &model.variant.variant;

@@ -2,8 +2,8 @@
 
 use super::change::Change;
 use super::folder::finish;
-use super::number::{real, seed, whole};
 use super::{Usage, output};
+use crate::api::values::{real, seed, whole};
 use crate::synthetic::{
     Base, Effect, EffectError, EffectKind, Gusts, Noise, Profile, Scenario, Synthetic, at_amplitude, drawn,
     run as drive, write_openacc, write_pair, write_slope,

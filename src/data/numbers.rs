@@ -5,9 +5,7 @@ use serde::Serialize;
 /// A number that decides.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Number {
-    /// Its name.
     pub name: &'static str,
-    /// Its value.
     pub value: f64,
     /// Its unit; `-` for none.
     pub unit: &'static str,

@@ -81,7 +81,6 @@ pub struct BoxStatistics {
     pub quartiles: [f64; 3],
     /// The outermost values within 1.5 interquartile ranges of the box.
     pub whiskers: [f64; 2],
-    /// Mean.
     pub mean: f64,
     /// Values beyond the whiskers.
     pub outliers: Vec<f64>,

@@ -27,35 +27,18 @@ struct Head {
 
 /// A journal that cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum JournalError {
-    /// Reading or writing failed.
     #[error("{path}: cannot {doing} the journal of the fleet: {source}")]
-    Io {
-        /// The file.
-        path: String,
-        /// The attempted operation.
-        doing: &'static str,
-        /// The cause of the error.
-        source: io::Error,
-    },
-    /// Another process has it.
+    Io { path: String, doing: &'static str, source: io::Error },
     #[error("{0}: another run works on this fleet; wait for it, or give another --out")]
     Busy(String),
-    /// It belongs to other data or other settings.
     #[error(
         "{0}: the folder holds a fleet of other data, settings or program; expected the same command to continue it, or another --out"
     )]
     Other(String),
-    /// A line in the middle is not a row of the fleet.
     #[error("{path}:{line}: not a calibration of this fleet: {reason}; remove the line, and it is calibrated again")]
-    Broken {
-        /// The file.
-        path: String,
-        /// The line.
-        line: usize,
-        /// Expected and found content.
-        reason: String,
-    },
+    Broken { path: String, line: usize, reason: String },
 }
 
 impl Journal {

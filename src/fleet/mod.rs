@@ -104,7 +104,6 @@ pub struct Settings {
     pub models: Vec<Model>,
     /// Measures, each minimised with every model.
     pub measures: Vec<GoodnessOfFit>,
-    /// The convention.
     pub convention: Convention,
     /// Optimiser, seed and stopping rules; one replicate.
     pub calibration: Calibration,
@@ -119,18 +118,14 @@ pub struct Settings {
 /// The calibration of a row: positions in the lists of pairs, models and measures.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, PartialOrd, Ord, serde::Serialize, serde::Deserialize)]
 pub struct Place {
-    /// The pair.
     pub pair: usize,
-    /// The model.
     pub model: usize,
-    /// The measure.
     pub measure: usize,
 }
 
 /// The calibration of one pair.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Row {
-    /// Its place.
     #[serde(flatten)]
     pub place: Place,
     /// The result, or why there is none.

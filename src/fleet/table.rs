@@ -124,7 +124,6 @@ fn duration(drive: &Drive) -> f64 {
 /// Quantiles of some numbers.
 #[derive(Debug, Clone, Copy, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Spread {
-    /// The median.
     pub median: f64,
     /// A quarter is below the first, and above the second.
     pub middle_half: [f64; 2],
@@ -144,7 +143,6 @@ impl Spread {
 /// Summary of the rows of a model and measure.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Overview {
-    /// The model.
     pub model: String,
     /// The measure.
     pub gof: String,
@@ -176,9 +174,7 @@ pub struct Overview {
 /// Summary of a parameter over all pairs.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct ParameterOverview {
-    /// Its name.
     pub name: String,
-    /// Its unit.
     pub unit: String,
     /// Its column in the table.
     pub column: String,

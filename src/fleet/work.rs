@@ -27,14 +27,12 @@ const GENERATION: usize = 100;
 
 /// A fleet that could not be calibrated.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum FleetError {
-    /// The evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// Rows cannot be kept.
     #[error(transparent)]
     Journal(#[from] JournalError),
-    /// No thread can be started.
     #[error(transparent)]
     Threads(#[from] NoThread),
 }

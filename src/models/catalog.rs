@@ -117,7 +117,6 @@ pub struct Base {
     pub name: &'static str,
     /// The paper's spelling; the name of a law.
     pub paper: &'static str,
-    /// Its controller.
     pub controller: Controller,
     /// Its spacing policy.
     pub spacing: Spacing,
@@ -158,48 +157,28 @@ pub struct Variant {
 
 /// No variant has this id or name.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum UnknownVariant {
-    /// No variant has this id.
     #[error(
         "variant {0}: expected an id from 1 to {count} (1 to 90 are the paper's Table 1); `leadlag list variants` shows them",
         count = Variant::COUNT
     )]
     Id(u32),
-    /// A word of the name is not known.
     #[error(
         "variant `{name}`: `{word}` is not a part; expected BASE[+delay][+linear|+nonlinear][+constant|+mfc] \
          with BASE one of {}, a law of `leadlag list laws`, or FILE.wgsl{}",
         BASES.iter().map(|b| b.name).collect::<Vec<_>>().join(", "),
         suggestion(*nearest)
     )]
-    Word {
-        /// The name as given.
-        name: String,
-        /// The word that is not known.
-        word: String,
-        /// The nearest known word.
-        nearest: Option<&'static str>,
-    },
-    /// The name begins with a part that is not a base model.
+    Word { name: String, word: String, nearest: Option<&'static str> },
     #[error(
         "variant `{name}`: `{part}` is a part of a variant, and the base model before it is missing; expected \
          BASE[+delay][+linear|+nonlinear][+constant|+mfc] with BASE one of {}, such as `idm+{part}`",
         BASES.iter().map(|b| b.name).collect::<Vec<_>>().join(", ")
     )]
-    NoBase {
-        /// The name as given.
-        name: String,
-        /// The part.
-        part: String,
-    },
-    /// Two words of the name exclude each other.
+    NoBase { name: String, part: String },
     #[error("variant `{name}`: `{word}` contradicts an earlier part of the name")]
-    Twice {
-        /// The name as given.
-        name: String,
-        /// The second of the two words.
-        word: String,
-    },
+    Twice { name: String, word: String },
 }
 
 impl Variant {

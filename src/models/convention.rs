@@ -109,7 +109,6 @@ rows! {
 pub struct Row {
     /// Name of the switch.
     pub name: &'static str,
-    /// Its meaning.
     pub meaning: &'static str,
     /// Value and meaning in the `paper` preset.
     pub paper: (&'static str, &'static str),
@@ -119,40 +118,19 @@ pub struct Row {
 
 /// A convention that cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum ConventionError {
-    /// The preset does not exist.
     #[error(
         "convention `{found}`: expected `paper` or `authors`, then any number of ROW=VALUE, separated by commas{}",
         did_you_mean(found, ["paper", "authors"])
     )]
-    Preset {
-        /// The given text.
-        found: String,
-    },
-    /// The row does not exist.
+    Preset { found: String },
     #[error("convention row `{found}`: expected one of {}{}", row_names(), near_row(found))]
-    Row {
-        /// The given text.
-        found: String,
-    },
-    /// The row is chosen more than once.
+    Row { found: String },
     #[error("convention row `{found}`: expected once, found more than once; remove the others")]
-    Twice {
-        /// The row.
-        found: String,
-    },
-    /// The row has no such value.
+    Twice { found: String },
     #[error("convention row `{row}`: expected `{paper}` or `{authors}`, found `{found}`")]
-    Value {
-        /// The row.
-        row: &'static str,
-        /// The given text.
-        found: String,
-        /// Its value in the paper's preset.
-        paper: &'static str,
-        /// Its value in the authors' preset.
-        authors: &'static str,
-    },
+    Value { row: &'static str, found: String, paper: &'static str, authors: &'static str },
 }
 
 /// The nearest known row.

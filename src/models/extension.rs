@@ -47,7 +47,6 @@ pub enum Argument {
 /// A function of a stage.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StageFunction {
-    /// Its stage.
     pub stage: Stage,
     /// Its arguments, in order.
     pub arguments: Vec<Argument>,
@@ -130,7 +129,6 @@ pub struct Extension {
     pub text: String,
     /// The file it was read from; a path in the project for a built-in one.
     pub file: String,
-    /// Its parameters.
     pub parameters: Vec<Symbol>,
     /// Its stages, in the order of a step.
     pub stages: Vec<StageFunction>,
@@ -210,62 +208,23 @@ pub struct Extensions(&'static [&'static Extension]);
 
 /// Two extensions that exclude each other.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum ExtensionConflict {
-    /// The same one twice.
     #[error("extension {name}: the model contains it already")]
-    Twice {
-        /// Its name.
-        name: String,
-    },
-    /// A law is not an extension.
+    Twice { name: String },
     #[error("{name} is a law, a separate base model: give it as the model, such as `--model {name}.wgsl`")]
-    Law {
-        /// Its name.
-        name: String,
-    },
-    /// The model has no such parameter.
+    Law { name: String },
     #[error("extension {name}: it uses {parameter}, and {model} has no {parameter}; take a model that has one")]
-    Lacks {
-        /// The extension.
-        name: String,
-        /// The model, without extensions.
-        model: String,
-        /// The parameter.
-        parameter: &'static str,
-    },
-    /// Too many parameters together.
+    Lacks { name: String, model: String, parameter: &'static str },
     #[error("extension {name}: the extensions of a model may have {limit} parameters together, found {found}")]
-    Many {
-        /// The extension.
-        name: String,
-        /// Most parameters.
-        limit: usize,
-        /// Parameters there would be.
-        found: usize,
-    },
-    /// The time loop can do this for one extension only.
+    Many { name: String, limit: usize, found: usize },
     #[error(
         "extension {name}: its `loop: {what}` cannot act together with that of {other}, because a model has one such line; remove one \
          of them"
     )]
-    Loop {
-        /// The extension.
-        name: String,
-        /// `delay by` or `look back by`.
-        what: &'static str,
-        /// The extension that already has one.
-        other: String,
-    },
-    /// A parameter of the same name.
+    Loop { name: String, what: &'static str, other: String },
     #[error("extension {name}: its parameter {parameter} is one of {other} already; give it another name")]
-    Parameter {
-        /// The extension.
-        name: String,
-        /// The parameter.
-        parameter: String,
-        /// The other extension.
-        other: String,
-    },
+    Parameter { name: String, parameter: String, other: String },
 }
 
 static KNOWN: Mutex<Vec<&'static [&'static Extension]>> = Mutex::new(Vec::new());

@@ -25,11 +25,9 @@ pub const SIMULATION_COLUMNS: [&str; 9] = [
 /// A variant with calibrated parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct CalibratedVariant {
-    /// The variant.
     pub variant: Variant,
     /// The convention it was calibrated under.
     pub convention: Convention,
-    /// Its parameters.
     pub parameters: Parameters,
     /// Upper bound of the perception delay \[s\], which fixes the scored window.
     pub tau_p_upper: f64,
@@ -41,9 +39,6 @@ pub struct CalibratedVariant {
 
 impl CalibratedVariant {
     /// A trajectory for its runs.
-    ///
-    /// # Errors
-    /// As [`Case::new`].
     pub fn case(&self, trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> Result<Case, CaseError> {
         let case = Case::new(trajectory, self.variant, vehicle, self.convention, self.tau_p_upper)?;
         case.with_extension_delay(self.extension_delay_upper)?.with_history(self.history_s)

@@ -14,9 +14,7 @@ const BOTH: char = '#';
 /// One line.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Curve<'a> {
-    /// Its name.
     pub name: &'a str,
-    /// Its mark.
     pub mark: char,
     /// Its ANSI colour, such as 33; none for that of the text.
     pub colour: Option<u8>,

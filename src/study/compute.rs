@@ -17,9 +17,7 @@ use std::ops::ControlFlow;
 
 /// Shared by all tasks of one variant and goodness of fit.
 pub struct Round<'a> {
-    /// The study.
     pub study: &'a Study,
-    /// The variant.
     pub variant: Variant,
     /// The measure to minimise.
     pub gof: GoodnessOfFit,

@@ -4,6 +4,7 @@ use super::error::DriveError;
 use super::fingerprint;
 use super::plan::{DataPlan, PlatoonPlan};
 use super::several;
+use crate::text::shown::NAMED;
 use crate::trajectory::import::{ColumnMap, read_mapped};
 use crate::trajectory::{Grade, Platoon, Preparation, Recording, Trajectory};
 use crate::trajectory::{import, is_nameless, prepare, prepare_platoon};
@@ -12,15 +13,11 @@ use serde::{Deserialize, Serialize};
 use std::collections::HashSet;
 use std::path::Path;
 
-/// Largest number of trajectories in a message that asks for one.
-const NAMED: usize = 5;
-
 /// One follower of one platoon, ready to be calibrated on.
 #[derive(Debug, Clone)]
 pub struct Drive {
     /// Description in the study's files.
     pub entry: DriveEntry,
-    /// The trajectory.
     pub trajectory: Trajectory,
     /// The vehicle, if known.
     pub vehicle: Option<Vehicle>,
@@ -67,7 +64,6 @@ fn missing(path: &Path) -> Option<String> {
 /// A trajectory of an entry for several, which cannot be used.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct LeftOut {
-    /// The platoon.
     pub platoon: String,
     /// The fault.
     pub reason: String,

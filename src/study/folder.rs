@@ -43,11 +43,9 @@ pub struct StudyFile {
     pub name: String,
     /// The data folder, absolute.
     pub data_folder: PathBuf,
-    /// The convention.
     pub convention: String,
     /// The measure to minimise.
     pub gofs: Vec<String>,
-    /// The variants.
     pub variants: Vec<String>,
     /// Parameters of the variants beyond those of Table 1.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -211,6 +209,16 @@ impl Folder {
         plan.name = file.name;
         plan.data.folder = file.data_folder;
         Ok(plan)
+    }
+
+    /// The plan of a file, and whether a study keeps it: then its name, its data folder and its extensions are those of the study.
+    pub fn plan_of(file: &Path) -> Result<(Plan, bool), StudyError> {
+        let kept = file.parent().filter(|_| file.file_name().is_some_and(|name| name == "plan.toml"));
+        let kept = kept.and_then(|folder| Folder::open(folder).ok()).filter(|folder| folder.study_file().is_ok());
+        Ok(match kept {
+            Some(folder) => (folder.plan()?, true),
+            None => (Plan::read(file)?, false),
+        })
     }
 
     /// The plan with its data, read again; they must still give the planned tasks.

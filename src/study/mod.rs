@@ -34,7 +34,7 @@ pub(crate) use fingerprint::fingerprint;
 pub use log::{PastRuns, Progress, past_runs};
 pub use plan::{Plan, PlanError};
 pub use run::{Assignment, Event, RunSettings, Summary, run};
-pub use task::{NotAShard, Shard, Study, Task};
+pub use task::{NotAShard, Shard, Study, Task, chosen};
 pub use verify::{Verified, drawn, verify};
 
 use crate::calibrate::PROGRAM;

@@ -42,11 +42,9 @@ pub struct CalibrationRow {
     pub variant: String,
     /// The minimised measure.
     pub gof: String,
-    /// The convention.
     pub convention: String,
     /// The algorithm.
     pub optimizer: String,
-    /// The seed.
     pub seed: u64,
     /// The replicate, from 0.
     pub replicate: u64,
@@ -85,7 +83,6 @@ pub struct ValidationRow {
     pub data_sha256: String,
     /// Number of samples.
     pub samples: usize,
-    /// The run.
     pub run: RunRow,
 }
 

@@ -9,7 +9,9 @@ use crate::evaluator::Case;
 use crate::extension::Extension;
 use crate::lanes::LanesPrecision;
 use crate::score::GoodnessOfFit;
+use crate::text::shown::NAMED;
 use serde::{Deserialize, Serialize};
+use std::collections::BTreeSet;
 use std::collections::HashMap;
 use std::str::FromStr;
 
@@ -66,7 +68,6 @@ const VALIDATION_RUNS_MAX: u64 = 5_000_000;
 /// A plan with its data: the source of tasks.
 #[derive(Debug)]
 pub struct Study {
-    /// The plan.
     pub plan: Plan,
     /// The trajectories.
     pub drives: Vec<Drive>,
@@ -317,4 +318,21 @@ impl FromStr for Shard {
         let (number, count) = (whole(number)?, whole(count)?);
         Shard::new(number, count).map_err(|_| none())
     }
+}
+
+/// Indices of tasks by their ids or beginnings of these, each once, in the order of the tasks.
+///
+/// # Errors
+/// [`StudyError::NoTask`] for a text that is not the beginning of exactly one id.
+pub fn chosen(ids: &[String], tasks: &[Task]) -> Result<Vec<usize>, StudyError> {
+    let named = |id: &String| {
+        let found: Vec<usize> = (0..tasks.len()).filter(|&i| tasks[i].id.starts_with(id)).collect();
+        if let [one] = found[..] {
+            return Ok(one);
+        }
+        let first = found.iter().take(NAMED).map(|&i| tasks[i].id.clone()).collect();
+        Err(StudyError::NoTask { id: id.clone(), found: found.len(), first })
+    };
+    let chosen: BTreeSet<usize> = ids.iter().map(named).collect::<Result<_, _>>()?;
+    Ok(chosen.into_iter().collect())
 }

@@ -17,7 +17,6 @@ pub struct Export {
     pub schema_version: u64,
     /// SHA-256 of the result.json that was exported.
     pub result_sha256: String,
-    /// The variant.
     pub variant: String,
     /// SUMO's model.
     pub model: String,

@@ -23,7 +23,6 @@ const START: Duration = Duration::from_secs(30);
 /// A SUMO that can be run.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sumo {
-    /// The program.
     pub program: PathBuf,
     /// Its version message.
     pub version: String,

@@ -66,6 +66,11 @@ pub fn population(variant: Variant, convention: Convention, count: usize, seed: 
 /// Random candidates within Table 3.
 pub fn spread(variant: Variant, convention: Convention, count: usize, seed: u64, at_bounds: f64) -> Population {
     let space = SearchSpace::new(&variant, Some(&vehicle()), convention, &Overrides::new()).expect("Table 3");
+    within(&space, count, seed, at_bounds)
+}
+
+/// Random candidates within a search space, this share of the values on a bound.
+pub fn within(space: &SearchSpace, count: usize, seed: u64, at_bounds: f64) -> Population {
     let mut random = Random(seed);
     let mut population = Population::new(&space.symbols);
     for _ in 0..count {

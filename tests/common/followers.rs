@@ -8,7 +8,7 @@ use leadlag::internal::trajectory::{Preparation, Trajectory, import, prepare};
 use leadlag::internal::vehicle::{Vehicle, read_table};
 use std::path::Path;
 
-use super::cars::Random;
+use super::cars::within;
 
 /// One follower of a platoon.
 #[derive(Clone)]
@@ -71,17 +71,6 @@ impl Follower {
         seed: u64,
         at_bounds: f64,
     ) -> Population {
-        let space = self.space(variant, convention);
-        let mut random = Random(seed);
-        let mut population = Population::new(&space.symbols);
-        for _ in 0..count {
-            let value = |[lower, upper]: &[f64; 2]| match random.next() {
-                edge if edge < 0.5 * at_bounds => *lower,
-                edge if edge < at_bounds => *upper,
-                _ => lower + (upper - lower) * random.next(),
-            };
-            population.push(&space.bounds.iter().map(value).collect::<Vec<_>>());
-        }
-        population
+        within(&self.space(variant, convention), count, seed, at_bounds)
     }
 }

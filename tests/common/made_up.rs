@@ -1,7 +1,12 @@
 //! Synthetic input of several tests: a drive, and one with a hidden effect.
 
-use leadlag::internal::bench::DiagnosisTask;
+use leadlag::internal::bench::{DiagnosisTask, Planted, planted};
+use leadlag::internal::calibrate::Overrides;
+use leadlag::internal::diagnose::{Drive, Effort, Question};
+use leadlag::internal::extension::Extension;
+use leadlag::internal::race::{Request, Unit};
 use leadlag::internal::trajectory::{Source, Trajectory};
+use leadlag::internal::wgsl::extension_named;
 
 /// Positions [m] and speeds [m/s] of one car.
 pub struct Way {
@@ -34,16 +39,54 @@ pub fn trajectory(label: impl Into<String>, dt: f64, leader: Way, follower: Way)
     }
 }
 
-/// A cause of medium size on a car of this law, in three drives of two minutes.
-pub fn hidden(cause: &str, base: &str) -> DiagnosisTask {
+/// Four minutes each of three drives of this law with these causes of medium size.
+pub fn task(kind: &str, base: &str, causes: &[&str], gusts_mps2: f64, seed: u64) -> DiagnosisTask {
     DiagnosisTask {
-        kind: "one".to_owned(),
+        kind: kind.to_owned(),
         base: base.to_owned(),
-        causes: vec![cause.to_owned()],
+        causes: causes.iter().map(|&cause| cause.to_owned()).collect(),
         rms_mps: 0.10,
-        gusts_mps2: 0.0,
-        duration_s: 120.0,
-        seed: 77,
+        gusts_mps2,
+        duration_s: 240.0,
+        seed,
         effort: "quick".to_owned(),
     }
+}
+
+/// A cause of medium size on a car of this law, in three drives of two minutes.
+pub fn hidden(cause: &str, base: &str) -> DiagnosisTask {
+    DiagnosisTask { duration_s: 120.0, ..task("one", base, &[cause], 0.0, 77) }
+}
+
+/// Its drives.
+pub fn drives(cause: &str, base: &str) -> Planted {
+    planted(&hidden(cause, base)).expect("a scenario that can be driven")
+}
+
+/// A quick diagnosis of drives by this base.
+pub fn question<'a>(
+    [train, holdout]: [&'a [Drive]; 2],
+    base: &str,
+    causes: &'a [&'static Extension],
+    bounds: &'a Overrides,
+) -> Question<'a> {
+    let base = base.parse().expect("a base");
+    Question { train, holdout, base, effort: Effort::Quick, seed: 5, causes, bounds }
+}
+
+/// A race of all these causes on recordings.
+pub fn request<'a>(
+    drives: &'a [Drive],
+    base: &str,
+    causes: &'a [&'static Extension],
+    named: &'a [&'static Extension],
+    bounds: &'a Overrides,
+) -> Request<'a> {
+    let base = base.parse().expect("a base");
+    Request { drives, unit: Unit::Recording, base, causes, named, bounds, seed: 1, rounds: 1 }
+}
+
+/// Causes of the library.
+pub fn causes(names: &[&str]) -> Vec<&'static Extension> {
+    names.iter().map(|name| extension_named(name).expect("in the library")).collect()
 }

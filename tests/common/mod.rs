@@ -7,6 +7,7 @@ pub mod followers;
 pub mod gpu;
 pub mod laws;
 pub mod made_up;
+pub mod mutant;
 pub mod parquet_table;
 pub mod program;
 pub mod sample;

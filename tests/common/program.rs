@@ -1,8 +1,11 @@
 //! The program as its users start it.
 
+use serde_json::Value;
+use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output};
+use std::sync::{Mutex, PoisonError};
 
 /// Runs it.
 pub fn leadlag(arguments: &[&str]) -> Output {
@@ -27,6 +30,51 @@ pub fn succeeds(arguments: &[&str]) -> Output {
 /// Stdout of a command that must succeed.
 pub fn ok(arguments: &[&str]) -> String {
     stdout(&succeeds(arguments))
+}
+
+/// The JSON of a command that must succeed.
+pub fn json(arguments: &[&str]) -> Value {
+    serde_json::from_str(&ok(arguments)).expect("JSON")
+}
+
+/// A file that holds JSON.
+pub fn json_of(path: impl AsRef<Path>) -> Value {
+    let path = path.as_ref();
+    let bytes = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
+    serde_json::from_slice(&bytes).expect("JSON")
+}
+
+/// The rows of a table by column; no two columns have one name.
+pub fn rows_of(path: &Path) -> Vec<BTreeMap<String, String>> {
+    rows_in(&fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display())))
+}
+
+/// The same of the bytes of a table.
+pub fn rows_in(table: &[u8]) -> Vec<BTreeMap<String, String>> {
+    let mut reader = csv::Reader::from_reader(table);
+    let columns = reader.headers().expect("a header").len();
+    let rows: Vec<BTreeMap<_, _>> = reader.deserialize().map(|row| row.expect("a row")).collect();
+    assert!(rows.iter().all(|row| row.len() == columns), "two columns have one name");
+    rows
+}
+
+/// Files of a synthetic platoon that drives this long \[s\], made once: platoon.csv, pair_follower1.csv, Slope.csv. They are for reading only.
+pub fn synth(seconds: u32) -> PathBuf {
+    static MADE: Mutex<BTreeMap<u32, PathBuf>> = Mutex::new(BTreeMap::new());
+    let mut made = MADE.lock().unwrap_or_else(PoisonError::into_inner);
+    let make = || {
+        let folder = scratch(env!("CARGO_CRATE_NAME"), &format!("platoon_{seconds}"));
+        ok(&["synth", "--out", text(&folder), "--duration", &seconds.to_string(), "--pairs"]);
+        folder
+    };
+    made.entry(seconds).or_insert_with(make).clone()
+}
+
+/// stderr of a command that must end with this exit code.
+pub fn exits(code: i32, arguments: &[&str]) -> String {
+    let output = leadlag(arguments);
+    assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{}", stderr(&output));
+    stderr(&output)
 }
 
 /// Exit code and stderr of a command that must fail, with nothing on stdout.

@@ -1,10 +1,10 @@
 //! `leadlag bench diagnosis`: its journal, and its output into a page.
 
 use crate::common::made_up;
-use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, Journal, SIZES, diagnosis_tasks, planted};
+use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, Journal, SIZES, diagnosis_tasks};
 use leadlag::internal::calibrate::Overrides;
+use leadlag::internal::diagnose::PROGRAM;
 use leadlag::internal::diagnose::judge::oracle::known;
-use leadlag::internal::diagnose::{Effort, PROGRAM, Question};
 use leadlag::internal::report::naming::{BEGIN, END};
 use leadlag::internal::wgsl::extension_named;
 use std::collections::BTreeMap;
@@ -164,12 +164,11 @@ fn seeds_and_sizes_that_give_no_seeds_of_their_own_are_refused() {
 /// An event is exempt from checks of other causes: held-out stretches, and the hold-out. Causes beside an event are not.
 #[test]
 fn the_evidence_for_two_effects_does_not_depend_on_their_order() {
-    let data = planted(&made_up::hidden("dead_zone", "l-cth")).expect("a scenario that can be driven");
+    let data = made_up::drives("dead_zone", "l-cth");
     let [event, zone] = ["set_speed_change", "dead_zone"].map(|name| extension_named(name).expect("in the library"));
     let (train, holdout) = (&data.train[..1], &data.holdout[..]);
-    let base = "l-cth".parse().expect("a base");
     let (causes, bounds) = ([event, zone], Overrides::new());
-    let question = Question { train, holdout, base, effort: Effort::Quick, seed: 5, causes: &causes, bounds: &bounds };
+    let question = made_up::question([train, holdout], "l-cth", &causes, &bounds);
     let values = [("w", data.effects[0].values()[0]), ("vlim", 25.0), ("t1", 40.0), ("dur", 30.0)];
     let values = values.map(|(name, value)| (name.to_owned(), value));
     let [one, other] = [[event, zone], [zone, event]]

@@ -1,6 +1,6 @@
 //! `leadlag diagnose` as a program: its JSON, its text, its files, its exit codes.
 
-use crate::common::program::{fails, leadlag, ok, scratch};
+use crate::common::program::{fails, json, leadlag, ok, scratch};
 use leadlag::internal::optimize::{normal, stream};
 use leadlag::internal::result::diagnosis::Outcome;
 use serde_json::Value;
@@ -103,7 +103,7 @@ fn without_positions_nothing_depends_on_the_place() {
     fs::write(&without, text.lines().map(columns).collect::<String>()).expect("room");
     for (path, is_placed) in [(placed.as_str(), true), (without.to_str().expect("UTF-8"), false)] {
         let given = ["diagnose", path, "--base", "idm", "--effort", "quick"];
-        let found: Value = serde_json::from_str(&ok(&[&given[..], &["--json"]].concat())).expect("JSON");
+        let found = json(&[&given[..], &["--json"]].concat());
         let profiles = found["missing"]["profiles"].as_array().expect("a list");
         let has = |name: &str| profiles.iter().any(|profile| profile["name"] == name);
         assert!(has("sine of the grade") && has("place") == is_placed, "{path}: {profiles:?}");
@@ -121,7 +121,7 @@ fn the_data_alone_can_be_checked() {
     assert!(text.lines().all(|line| line.chars().count() <= 80 || line.contains(&clean[..40])), "{text}");
     let faulty = scaled(&clean, 1.03);
     let both = format!("{clean},{faulty}");
-    let json: Value = serde_json::from_str(&ok(&["diagnose", "--data", &both, "--data-only", "--json"])).expect("JSON");
+    let json = json(&["diagnose", "--data", &both, "--data-only", "--json"]);
     let findings = json["data_findings"].as_array().expect("a list");
     assert_eq!(findings.len(), 1, "{findings:?}");
     assert_eq!((findings[0]["name"].as_str(), findings[0]["car"].as_str()), (Some("speed_scale"), Some("leader")));
@@ -199,7 +199,7 @@ fn large_effects_are_found_with_precise_sensors() {
     let value = |base: &str, seed: u64, seconds: u64, effect: &str, parameter: &str| -> f64 {
         let file = pair(&folder, seed, seconds, &["--base", base, "--effect", effect]);
         let arguments = ["diagnose", "--data", &file, "--base", base, "--effort", "quick", "--json"];
-        let json: Value = serde_json::from_str(&ok(&arguments)).expect("JSON");
+        let json = json(&arguments);
         let (verdict, cause) = (&json["verdict"], &json["causes"][0]);
         assert_eq!((verdict.as_str(), json["causes"].as_array().map(Vec::len)), (Some("named"), Some(1)), "{json}");
         assert!(effect.starts_with(cause["name"].as_str().expect("a name")), "{cause}");
@@ -318,15 +318,14 @@ fn a_recommended_model_can_be_simulated() {
     let late = pair(&folder, 3, 600, &[&noise[..], &["--effect", "actuation_lag:ta=0.8"]].concat());
     let out = folder.join("out");
     let out = out.to_str().expect("UTF-8");
-    let text = ok(&["diagnose", &late, "--base", "l-cth", "--effort", "quick", "--json", "--out", out]);
-    let json: Value = serde_json::from_str(&text).expect("JSON");
-    let recommended = &json["recommended"];
+    let found = json(&["diagnose", &late, "--base", "l-cth", "--effort", "quick", "--json", "--out", out]);
+    let recommended = &found["recommended"];
     assert_eq!(recommended["causes"][0]["name"], "actuation_lag", "{recommended}");
     assert_eq!(recommended["safe"], true, "{recommended}");
     let ta = recommended["parameters"]["ta"].as_f64().expect("a number");
     assert!((ta - 0.8).abs() < 0.03, "{ta}");
     // Fitted to the whole drive, it is at least as good there as where its fits left parts out.
-    let run: Value = serde_json::from_str(&ok(&["simulate", &late, "--result", out, "--json"])).expect("JSON");
+    let run = json(&["simulate", &late, "--result", out, "--json"]);
     let score = run["runs"][0]["score"]["nrmse_sva"].as_f64().expect("a score");
     let left_out = recommended["per_drive"][0]["extended"].as_f64().expect("a score");
     assert!(score <= 1.02 * left_out, "{score} {left_out}");

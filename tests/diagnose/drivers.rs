@@ -1,6 +1,7 @@
 //! Drives of one driver behind different leaders are not reported as those of two, and most mixtures of two drivers are
 //! detected.
 
+use crate::common::made_up;
 use leadlag::internal::bench::{DiagnosisTask, planted};
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::Drive;
@@ -8,16 +9,8 @@ use leadlag::internal::diagnose::drive::drivers::different_drivers;
 
 /// Three drives of a driver, each behind a leader that cruises, is restless, or stops and goes.
 fn drives(base: &str, seed: u64) -> Vec<Drive> {
-    let task = DiagnosisTask {
-        kind: "none".to_owned(),
-        base: base.to_owned(),
-        causes: Vec::new(),
-        rms_mps: 0.0,
-        gusts_mps2: if seed.is_multiple_of(2) { 0.0 } else { 0.05 },
-        duration_s: 400.0,
-        seed,
-        effort: "quick".to_owned(),
-    };
+    let gusts = if seed.is_multiple_of(2) { 0.0 } else { 0.05 };
+    let task = DiagnosisTask { rms_mps: 0.0, duration_s: 400.0, ..made_up::task("none", base, &[], gusts, seed) };
     let planted = planted(&task).expect("drivable");
     planted.train.into_iter().chain(planted.holdout).collect()
 }

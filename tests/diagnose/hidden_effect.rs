@@ -3,12 +3,15 @@
 //! `synthetic` generates the truth and shares no code with the diagnosis. Seeds are fixed and were not used for tuning, unless stated;
 //! `leadlag bench diagnosis` runs the same with any number of cases.
 
-use crate::common;
+use crate::common::{
+    self,
+    made_up::{self, task},
+};
 use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, infer_task, judge, planted};
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::Drive;
 use leadlag::internal::extension::Extension;
-use leadlag::internal::race::{Answer, Policy, Request, Unit, race};
+use leadlag::internal::race::{Answer, Policy, race};
 use leadlag::internal::trajectory::{Preparation, import, prepare};
 use leadlag::internal::wgsl::library;
 use std::ops::ControlFlow;
@@ -19,19 +22,6 @@ const ERRORS: f64 = 3.0;
 
 /// Share of the truth's gain on the hold-out that the extended model has to reach.
 const GAINED: f64 = 0.8;
-
-fn task(kind: &str, base: &str, causes: &[&str], gusts_mps2: f64, seed: u64) -> DiagnosisTask {
-    DiagnosisTask {
-        kind: kind.to_owned(),
-        base: base.to_owned(),
-        causes: causes.iter().map(|&cause| cause.to_owned()).collect(),
-        rms_mps: 0.10,
-        gusts_mps2,
-        duration_s: 240.0,
-        seed,
-        effort: "quick".to_owned(),
-    }
-}
 
 fn told(outcome: &DiagnosisOutcome) -> String {
     format!(
@@ -336,9 +326,8 @@ fn closed_loop(task: &DiagnosisTask) -> (Answer, Vec<Vec<String>>) {
 /// `named`: causes that the likelihood names.
 fn judged_in_closed_loop(drives: &[Drive], base: &str, named: &[&'static Extension]) -> (Answer, Vec<Vec<String>>) {
     let causes: Vec<_> = library().iter().copied().filter(|extension| extension.cause.is_some()).collect();
-    let (base, bounds) = (base.parse().expect("a base"), Overrides::new());
-    let request =
-        Request { drives, unit: Unit::Recording, base, causes: &causes, named, bounds: &bounds, seed: 1, rounds: 1 };
+    let bounds = Overrides::new();
+    let request = made_up::request(drives, base, &causes, named, &bounds);
     let answer = race(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())).expect("can be run");
     let passing = answer.tried.trials.iter().filter(|trial| trial.passes).map(|trial| trial.causes.clone()).collect();
     (answer, passing)

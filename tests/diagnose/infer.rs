@@ -1,20 +1,15 @@
 //! The inference from the caller's view: refusals, stopping, and independence of threads.
 
-use crate::common::made_up;
-use leadlag::internal::bench::{DiagnosisTask, Planted, planted};
+use crate::common::made_up::{self, causes};
+use leadlag::internal::bench::planted;
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::search::search_budget::SearchBudget;
 use leadlag::internal::diagnose::{DiagnoseError, Drive, Effort, Inference, Progress, Question, infer, infer_with};
 use leadlag::internal::extension::Extension;
-use leadlag::internal::race::{Policy, Request, Unit, race};
+use leadlag::internal::race::{Policy, Request, race};
 use leadlag::internal::synthetic;
 use leadlag::internal::trajectory::{Preparation, import, prepare};
-use leadlag::internal::wgsl::extension_named;
 use std::ops::ControlFlow;
-
-fn drives(base: &str, cause: &str) -> Planted {
-    planted(&made_up::hidden(cause, base)).expect("a scenario that can be driven")
-}
 
 /// A question about a linear car.
 fn question<'a>(
@@ -23,12 +18,7 @@ fn question<'a>(
     causes: &'a [&'static Extension],
     bounds: &'a Overrides,
 ) -> Question<'a> {
-    let base = "l-cth".parse().expect("a base");
-    Question { train, holdout, base, effort: Effort::Quick, seed: 5, causes, bounds }
-}
-
-fn causes(names: &[&str]) -> Vec<&'static Extension> {
-    names.iter().map(|name| extension_named(name).expect("in the library")).collect()
+    made_up::question([train, holdout], "l-cth", causes, bounds)
 }
 
 fn ask(
@@ -42,7 +32,7 @@ fn ask(
 
 #[test]
 fn the_same_for_any_number_of_threads() {
-    let data = drives("l-cth", "dead_zone");
+    let data = made_up::drives("dead_zone", "l-cth");
     let run = |threads: usize| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().expect("threads");
         pool.install(|| ask(&data.train, &data.holdout, &Overrides::new(), &mut |_| ControlFlow::Continue(())))
@@ -88,17 +78,7 @@ fn two_that_hide_each_other() {
         .map(late_and_looking_ahead);
     let causes = causes(&["actuation_lag", "perception_delay", "leader_accel_ff", "dead_zone"]);
     let bounds = Overrides::new();
-    let base = "l-cth".parse().expect("a base");
-    let request = Request {
-        drives: &drives,
-        unit: Unit::Recording,
-        base,
-        causes: &causes,
-        named: &[],
-        bounds: &bounds,
-        seed: 5,
-        rounds: 1,
-    };
+    let request = Request { seed: 5, ..made_up::request(&drives, "l-cth", &causes, &[], &bounds) };
     let found = race(&request, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())).expect("a race");
     let named = found.named.expect("a name");
     let names: Vec<&str> = named.causes.iter().map(|cause| cause.name.as_str()).collect();
@@ -109,16 +89,7 @@ fn two_that_hide_each_other() {
 /// With two causes the search ends at the simulation limit and reports it; the two causes are the same without the limit.
 #[test]
 fn it_ends_when_enough_was_simulated() {
-    let task = DiagnosisTask {
-        kind: "pair".to_owned(),
-        base: "l-cth".to_owned(),
-        causes: vec!["periodic".to_owned(), "multi_anticipation".to_owned()],
-        rms_mps: 0.10,
-        gusts_mps2: 0.0,
-        duration_s: 240.0,
-        seed: 9116,
-        effort: "quick".to_owned(),
-    };
+    let task = made_up::task("pair", "l-cth", &["periodic", "multi_anticipation"], 0.0, 9116);
     let data = planted(&task).expect("a scenario that can be driven");
     let causes = causes(&["periodic", "multi_anticipation", "dead_zone"]);
     let bounds = Overrides::new();
@@ -141,7 +112,7 @@ fn it_ends_when_enough_was_simulated() {
 
 #[test]
 fn it_stops_when_asked_to() {
-    let data = drives("l-cth", "dead_zone");
+    let data = made_up::drives("dead_zone", "l-cth");
     let mut told = Vec::new();
     let stopped = ask(&data.train, &[], &Overrides::new(), &mut |progress| {
         told.push(progress);
@@ -159,7 +130,7 @@ fn it_needs_data() {
 
 #[test]
 fn bounds_that_the_data_contradict_are_a_bad_base() {
-    let data = drives("l-cth", "dead_zone");
+    let data = made_up::drives("dead_zone", "l-cth");
     let bounds = Overrides::from([("v_0".to_owned(), [8.0, 12.0])]);
     let found = ask(&data.train, &[], &bounds, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
     assert_eq!(found.verdict.into_str(), "bad_base", "{}", found.reason);

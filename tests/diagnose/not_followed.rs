@@ -1,41 +1,22 @@
 //! Stretches that no model follows are found, with any cause, and none is found if the car follows.
 
-use crate::common;
+use crate::common::{self, made_up};
 use leadlag::internal::bench::{DiagnosisTask, planted};
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::Drive;
-use leadlag::internal::race::{NotFollowed, Policy, Request, Unit, not_followed, without};
+use leadlag::internal::race::{NotFollowed, Policy, not_followed, without};
 use leadlag::internal::trajectory::{Preparation, import, prepare};
 use leadlag::internal::wgsl::library;
 
 fn drives(kind: &str, base: &str, causes: &[&str], seed: u64) -> Vec<Drive> {
-    let task = DiagnosisTask {
-        kind: kind.to_owned(),
-        base: base.to_owned(),
-        causes: causes.iter().map(|&cause| cause.to_owned()).collect(),
-        rms_mps: 0.10,
-        gusts_mps2: 0.05,
-        duration_s: 420.0,
-        seed,
-        effort: "quick".to_owned(),
-    };
+    let task = DiagnosisTask { duration_s: 420.0, ..made_up::task(kind, base, causes, 0.05, seed) };
     planted(&task).expect("drivable").train
 }
 
 fn found(drives: &[Drive], base: &str) -> Vec<NotFollowed> {
     let causes: Vec<_> = library().iter().copied().filter(|extension| extension.cause.is_some()).collect();
-    let base = base.parse().expect("a base");
     let bounds = Overrides::new();
-    let request = Request {
-        drives,
-        unit: Unit::Recording,
-        base,
-        causes: &causes,
-        named: &[],
-        bounds: &bounds,
-        seed: 1,
-        rounds: 1,
-    };
+    let request = made_up::request(drives, base, &causes, &[], &bounds);
     not_followed(&request, &Policy::DEFAULT).expect("it runs")
 }
 

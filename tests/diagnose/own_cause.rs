@@ -1,9 +1,8 @@
 //! A user's causes in a diagnosis: one that acts is named, and an untestable one is reported.
 
 use crate::common::made_up;
-use leadlag::internal::bench::planted;
 use leadlag::internal::calibrate::Overrides;
-use leadlag::internal::diagnose::{Effort, Question, Verdict, infer};
+use leadlag::internal::diagnose::{Question, Verdict, infer};
 use leadlag::internal::extension::Extension;
 use leadlag::internal::wgsl::{extension_named, read_extension};
 use serde_json::Value;
@@ -109,20 +108,13 @@ fn a_copy_of_the_planted_cause_is_as_likely_as_it() {
 /// Without the library's own cause in the race, only the user's explains the data.
 #[test]
 fn a_cause_of_ones_own_is_named() {
-    let data = planted(&made_up::hidden("dead_zone", "l-cth")).expect("a scenario that can be driven");
+    let data = made_up::drives("dead_zone", "l-cth");
     let own = read_extension("blind_zone.wgsl", BLIND_ZONE).expect("valid");
     let broken = read_extension("broken.wgsl", BROKEN).expect("valid");
     let library = |name| extension_named(name).expect("in the library");
     let causes: Vec<&'static Extension> = vec![library("actuation_lag"), own, library("aero_drag"), broken];
-    let question = Question {
-        train: &data.train,
-        holdout: &data.holdout,
-        base: "l-cth".parse().expect("a base"),
-        effort: Effort::Quick,
-        seed: 5,
-        causes: &causes,
-        bounds: &Overrides::new(),
-    };
+    let bounds = Overrides::new();
+    let question = made_up::question([&data.train, &data.holdout], "l-cth", &causes, &bounds);
     let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
     assert_eq!(found.verdict, Verdict::Named, "{}", found.reason);
     assert_eq!(found.adopted.iter().map(|cause| cause.extension).collect::<Vec<_>>(), [own], "{}", found.reason);
@@ -138,19 +130,13 @@ fn a_cause_of_ones_own_is_named() {
 /// The name of a cause does not matter: the search treats a copy of a limit as it treats the limit of the library.
 #[test]
 fn a_copy_under_another_name_is_searched_in_the_same_way() {
-    let data = planted(&made_up::hidden("accel_cap", "l-cth")).expect("a scenario that can be driven");
+    let data = made_up::drives("accel_cap", "l-cth");
     let original = extension_named("accel_cap").expect("in the library");
     let copy = read_extension("mine.wgsl", &original.text.replace("accel_cap", "mine")).expect("valid");
     let found = [original, copy].map(|cause| {
-        let question = Question {
-            train: &data.train,
-            holdout: &data.holdout,
-            base: "l-cth".parse().expect("a base"),
-            effort: Effort::Quick,
-            seed: 5,
-            causes: &[cause],
-            bounds: &Overrides::new(),
-        };
+        let causes = [cause];
+        let bounds = Overrides::new();
+        let question = made_up::question([&data.train, &data.holdout], "l-cth", &causes, &bounds);
         infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis")
     });
     assert_eq!(found[0].adopted.len(), 1, "{}", found[0].reason);
@@ -185,17 +171,10 @@ fn what_could_not_be_tried_is_listed_with_its_reason() {
 /// A law without the parameter that a cause changes: the cause is left out, with a reason.
 #[test]
 fn a_cause_that_needs_what_the_law_lacks_is_not_tried() {
-    let data = planted(&made_up::hidden("accel_cap", "l-cth")).expect("a scenario that can be driven");
-    let causes = ["headway_mode_change", "accel_cap"].map(|name| extension_named(name).expect("in the library"));
-    let question = Question {
-        train: &data.train,
-        holdout: &data.holdout,
-        base: "ovm".parse().expect("a base"),
-        effort: Effort::Quick,
-        seed: 5,
-        causes: &causes,
-        bounds: &Overrides::new(),
-    };
+    let data = made_up::drives("accel_cap", "l-cth");
+    let causes = made_up::causes(&["headway_mode_change", "accel_cap"]);
+    let bounds = Overrides::new();
+    let question = made_up::question([&data.train, &data.holdout], "ovm", &causes, &bounds);
     let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
     let [(cause, why)] = &found.untried[..] else { panic!("{:?}", found.untried) };
     assert_eq!((cause.name.as_str(), why.to_string().as_str()), ("headway_mode_change", "ovm has no t_h"));

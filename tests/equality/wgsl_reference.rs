@@ -86,11 +86,10 @@ fn compare(trajectory: &Trajectory, convention: Convention, count: usize) -> (us
     (compared, sensitive)
 }
 
-#[test]
-fn whole_runs_of_every_variant() {
-    let trajectory = cars::drive(200.0);
+/// Whole runs of so many candidates on a drive.
+fn whole_runs(trajectory: &Trajectory, candidates: usize) {
     for convention in [Convention::PAPER, Convention::AUTHORS] {
-        let (compared, sensitive) = compare(&trajectory, convention, 24);
+        let (compared, sensitive) = compare(trajectory, convention, candidates);
         println!("{compared} runs, {sensitive} of them sensitive");
         assert!(
             sensitive * SENSITIVE_ONE_IN <= compared,
@@ -100,17 +99,14 @@ fn whole_runs_of_every_variant() {
 }
 
 #[test]
+fn whole_runs_of_every_variant() {
+    whole_runs(&cars::drive(200.0), 24);
+}
+
+#[test]
 fn whole_runs_on_measured_data() {
     let Some(shared) = common::shared("whole_runs_on_measured_data") else { return };
-    let trajectory = cars::measured(&shared);
-    for convention in [Convention::PAPER, Convention::AUTHORS] {
-        let (compared, sensitive) = compare(&trajectory, convention, 4);
-        println!("{compared} runs, {sensitive} of them sensitive");
-        assert!(
-            sensitive * SENSITIVE_ONE_IN <= compared,
-            "{sensitive} of {compared} runs differ by more than {WHOLE_RUN:e}"
-        );
-    }
+    whole_runs(&cars::measured(&shared), 4);
 }
 
 /// Values of all arguments, by path.

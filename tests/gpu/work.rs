@@ -2,7 +2,7 @@
 
 use crate::common;
 use crate::common::gpu::{case, gpu, job, population, scores, skipped, space, variant};
-use crate::common::program::{ok, scratch, text};
+use crate::common::program::{json_of, ok, scratch, text};
 use leadlag::internal::calibrate::{Calibration, OptimizerKind, Replicate, Stop, calibrate};
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
@@ -394,7 +394,7 @@ fn a_calibration_on_the_gpu_by_the_command_line() {
                 ["calibrate", text(&file), "--follower", "1", "--model", "idm+delay", "--max-evaluations", "600"];
             let how = ["--optimizer", optimizer, "--evaluator", evaluator, "--precision", "plain", "--out", text(&out)];
             ok(&[&model[..], &how, more].concat());
-            serde_json::from_slice(&std::fs::read(out.join("result.json")).unwrap()).unwrap()
+            json_of(out.join("result.json"))
         };
         let [on_gpu, on_cpu] = ["gpu", "lanes"].map(calibrated);
         assert_eq!((&on_gpu["evaluator"], &on_gpu["optimizer"]), (&json!("gpu"), &on_cpu["optimizer"]), "{optimizer}");

@@ -346,15 +346,7 @@ struct Rash {
 }
 
 impl Evaluator for Rash {
-    leadlag::internal::forward_evaluator!(inner: cases, gof, submit, outcomes);
-
-    fn name(&self) -> &'static str {
-        "reference"
-    }
-
-    fn precision(&self) -> &'static str {
-        "f64"
-    }
+    leadlag::internal::forward_evaluator!(inner: cases, gof, name, precision, submit, outcomes);
 
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
         self.inner.collect(set, scores)?;
@@ -392,15 +384,7 @@ struct Unlucky {
 }
 
 impl Evaluator for Unlucky {
-    leadlag::internal::forward_evaluator!(inner: cases, gof, outcomes);
-
-    fn name(&self) -> &'static str {
-        "reference"
-    }
-
-    fn precision(&self) -> &'static str {
-        "f64"
-    }
+    leadlag::internal::forward_evaluator!(inner: cases, gof, name, precision, outcomes);
 
     fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
         let before = |k: usize| jobs[..k].iter().map(|job| job.population.len()).sum::<usize>();

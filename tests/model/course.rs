@@ -1,6 +1,9 @@
 //! Cases in the form of the evaluators that run the WGSL text, and the evaluator that replaces a failed one.
 
-use crate::common;
+use crate::common::{
+    self,
+    made_up::{self, Way},
+};
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::{Convention, GradeLookup};
 use leadlag::internal::evaluator::{
@@ -10,7 +13,7 @@ use leadlag::internal::evaluator::{
 use leadlag::internal::reference::Reference;
 use leadlag::internal::score::GoodnessOfFit;
 use leadlag::internal::symbols::Symbol;
-use leadlag::internal::trajectory::{Grade, Preparation, Source, Trajectory, import, integrate, prepare};
+use leadlag::internal::trajectory::{Grade, Preparation, Trajectory, import, integrate, prepare};
 use proptest::prelude::*;
 use std::fmt::Write;
 
@@ -59,27 +62,9 @@ proptest! {
 /// A car that follows a leader with these speeds at the same speed, 20 m behind.
 fn behind(v: &[f64]) -> Case {
     let x_f = integrate(0.0, v, 0.1);
-    let trajectory = Trajectory {
-        label: "made up".to_owned(),
-        source: Source { path: String::new(), sha256: String::new() },
-        follower: 1,
-        name: "ego".to_owned(),
-        dt: 0.1,
-        id: None,
-        dt_raw: 0.1,
-        t: (0..v.len()).map(|i| i as f64 / 10.0).collect(),
-        x_l: x_f.iter().map(|x| x + 25.0).collect(),
-        v_l: v.to_vec(),
-        len_l: 5.0,
-        x_f,
-        is_placed: false,
-        v_f: v.to_vec(),
-        s: vec![20.0; v.len()],
-        v_l2: None,
-        s_l2: None,
-        grade: None,
-        notes: Vec::new(),
-    };
+    let x_l = x_f.iter().map(|x| x + 25.0).collect();
+    let trajectory = made_up::trajectory("made up", 0.1, Way { x: x_l, v: v.to_vec() }, Way { x: x_f, v: v.to_vec() });
+    let trajectory = Trajectory { s: vec![20.0; v.len()], ..trajectory };
     Case::new(&trajectory, Variant::from_id(37).unwrap(), None, Convention::PAPER, 0.8).expect("long enough")
 }
 

@@ -6,18 +6,16 @@
 #![cfg(all(target_os = "linux", target_arch = "x86_64"))]
 
 use crate::common::made_up::{self, Way};
-use leadlag::internal::bench::planted;
 use leadlag::internal::calibrate::{Calibration, OptimizerKind, Overrides, Replicate, SEARCH_REVISION, SearchSpace};
 use leadlag::internal::calibrate::{Stop, calibrate};
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
-use leadlag::internal::diagnose::{DIAGNOSIS_REVISION, Effort, Question, infer};
+use leadlag::internal::diagnose::{DIAGNOSIS_REVISION, infer};
 use leadlag::internal::evaluator::{Case, Evaluator};
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
 use leadlag::internal::reference::Reference;
 use leadlag::internal::score::GoodnessOfFit;
 use leadlag::internal::trajectory::{Trajectory, integrate};
-use leadlag::internal::wgsl::extension_named;
 use std::ops::ControlFlow;
 
 /// Up and down between two values, made of sums and products only.
@@ -85,17 +83,9 @@ const DIAGNOSED: [&str; 2] = [
 
 /// A dead zone on a linear car, two minutes each of three drives, and some causes to choose from.
 fn diagnosed(causes: &[&str], bounds: &Overrides) -> String {
-    let data = planted(&made_up::hidden("dead_zone", "l-cth")).expect("a scenario that can be driven");
-    let causes: Vec<_> = causes.iter().map(|name| extension_named(name).expect("in the library")).collect();
-    let question = Question {
-        train: &data.train,
-        holdout: &data.holdout,
-        base: "l-cth".parse().expect("a base"),
-        effort: Effort::Quick,
-        seed: 5,
-        causes: &causes,
-        bounds,
-    };
+    let data = made_up::drives("dead_zone", "l-cth");
+    let causes = made_up::causes(causes);
+    let question = made_up::question([&data.train, &data.holdout], "l-cth", &causes, bounds);
     let found = infer(&question, &mut |_| ControlFlow::Continue(())).expect("a diagnosis");
     format!("{}: {}; {} simulations", found.verdict.into_str(), found.reason, found.simulations)
 }

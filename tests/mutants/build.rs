@@ -1,7 +1,8 @@
 //! The copy of the crates with the mutants in it.
 
+use crate::Mutant;
 use crate::copy::{compile, copy, crates, text, write};
-use crate::schemata::{Mutant, SWITCH, instrument};
+use crate::schemata::{SWITCH, instrument};
 use std::path::{Path, PathBuf};
 
 /// The compiled copy.

@@ -1,5 +1,6 @@
 //! Puts every mutant into a source file at once, each behind `crate::mutant_switch::on(id)`.
 
+use super::Mutant;
 use quote::{ToTokens, quote};
 use std::collections::BTreeSet;
 use syn::spanned::Spanned;
@@ -8,21 +9,6 @@ use syn::{BinOp, Expr, ExprMethodCall, Item, Lit, UnOp, parse_quote};
 
 /// The environment variable that names the mutant to switch on.
 pub const SWITCH: &str = "LEADLAG_MUTANT";
-
-/// One change of one place.
-#[derive(Debug, Clone)]
-pub struct Mutant {
-    /// From 1; 0 is the original.
-    pub id: usize,
-    /// Below `src`.
-    pub file: String,
-    pub line: usize,
-    pub column: usize,
-    /// The source line, trimmed.
-    pub source: String,
-    /// Such as `< -> <=`; the second one of its kind on a line is followed by ` (2)`, and so on.
-    pub change: String,
-}
 
 /// Constants that other files use cannot become functions; they stay unchanged, and so do lists of names.
 fn private(constant: &syn::ItemConst) -> bool {
@@ -72,12 +58,12 @@ impl Mutator<'_> {
             before => format!("{change} ({})", before + 1),
         };
         self.mutants.push(Mutant {
-            id,
             file: self.file.to_owned(),
             line: at.line,
             column: at.column + 1,
             source: self.lines[at.line - 1].trim().to_owned(),
             change,
+            made: id,
         });
         id
     }

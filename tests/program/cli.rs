@@ -2,20 +2,13 @@
 //!
 //! Everything runs on a synthetic platoon that the program makes itself.
 
-use crate::common::program::{fails, leadlag, ok, scratch, stderr, stdout, text};
+use crate::common::program::{fails, json, json_of, leadlag, ok, scratch, stderr, stdout, synth, text};
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
+use std::path::PathBuf;
 
-/// A synthetic platoon of 150 s, made once.
-fn platoon() -> &'static Path {
-    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
-    FOLDER.get_or_init(|| {
-        let folder = scratch("cli", "platoon");
-        ok(&["synth", "--out", text(&folder), "--duration", "150", "--pairs"]);
-        folder
-    })
+fn platoon() -> PathBuf {
+    synth(150)
 }
 
 fn calibrated(name: &str, extra: &[&str]) -> PathBuf {
@@ -41,7 +34,7 @@ fn same_seed_same_bytes_on_one_and_two_threads() {
 #[test]
 fn result_has_every_key_of_the_contract() {
     let folder = calibrated("keys", &["--replicates", "2", "--optimizer", "ga"]);
-    let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
+    let result = json_of(folder.join("result.json"));
     for key in [
         "schema_version",
         "model_id",
@@ -84,9 +77,8 @@ fn result_has_every_key_of_the_contract() {
 fn simulate_repeats_the_calibration() {
     let folder = calibrated("repeat", &[]);
     let (result, file) = (folder.join("result.json"), platoon().join("platoon.csv"));
-    let again = ok(&["simulate", text(&file), "--follower", "1", "--result", text(&result), "--json"]);
-    let again: Value = serde_json::from_str(&again).unwrap();
-    let before: Value = serde_json::from_slice(&fs::read(&result).unwrap()).unwrap();
+    let again = json(&["simulate", text(&file), "--follower", "1", "--result", text(&result), "--json"]);
+    let before = json_of(&result);
     assert_eq!(again["runs"][0]["score"]["nrmse_sva"], before["score"]["nrmse_sva"]);
     assert_eq!(again["runs"][0]["success"], true);
 }
@@ -96,8 +88,7 @@ fn simulate_lets_each_simulated_car_lead_the_next() {
     let folder = calibrated("platoon_run", &[]);
     let (result, file, out) =
         (folder.join("result.json"), platoon().join("platoon.csv"), scratch("cli", "platoon_out"));
-    let runs = ok(&["simulate", text(&file), "--platoon", "--result", text(&result), "--json", "--out", text(&out)]);
-    let runs: Value = serde_json::from_str(&runs).unwrap();
+    let runs = json(&["simulate", text(&file), "--platoon", "--result", text(&result), "--json", "--out", text(&out)]);
     assert_eq!(runs["runs"].as_array().unwrap().len(), 4);
     let column = |follower: usize, name: &str| -> Vec<f64> {
         let mut reader = csv::Reader::from_path(out.join(format!("simulation_follower{follower}.csv"))).unwrap();
@@ -125,7 +116,7 @@ fn joint_calibration_has_one_parameter_set() {
     let files = [1, 3].map(|k| folder.join(format!("pair_follower{k}.csv")));
     let arguments = ["calibrate", text(&files[0]), text(&files[1]), "--joint", "--model", "idm", "--out", text(&out)];
     ok(&[&arguments[..], &["--max-evaluations", "500"]].concat());
-    let result: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    let result = json_of(out.join("result.json"));
     assert_eq!(result["data"].as_array().unwrap().len(), 2);
     assert!(out.join("simulation_1.csv").exists() && out.join("plot_2.svg").exists());
 
@@ -134,30 +125,25 @@ fn joint_calibration_has_one_parameter_set() {
     let some = [&arguments[..], &["--holdout", text(&held), "--max-evaluations", "500"]].concat();
     let told = ok(&some);
     assert!(told.contains("held back: 1, mean nrmse-sva"), "{told}");
-    let result: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    let result = json_of(out.join("result.json"));
     assert_eq!(result["per_drive"]["drives"].as_array().unwrap().len(), 2);
     let mean = result["per_drive"]["mean"].as_f64().unwrap();
     assert!((mean - result["score"]["nrmse_sva"].as_f64().unwrap()).abs() < 1e-12);
-    let again = ok(&["simulate", text(&held), "--result", text(&out), "--json"]);
-    let again: Value = serde_json::from_str(&again).unwrap();
+    let again = json(&["simulate", text(&held), "--result", text(&out), "--json"]);
     let score = &result["held_back"]["drives"][0]["score"];
     assert!(again.to_string().contains(&format!("\"nrmse_sva\":{score}")), "{score} {again}");
-    let ends: Value =
-        serde_json::from_str(&ok(
-            &[&arguments[..], &["--holdout", "0.3", "--max-evaluations", "500", "--json"]].concat()
-        ))
-        .unwrap();
+    let ends = json(&[&arguments[..], &["--holdout", "0.3", "--max-evaluations", "500", "--json"]].concat());
     assert_eq!(ends["held_back"]["drives"].as_array().unwrap().len(), 2);
     assert!(ends["data"][0]["samples"].as_u64() < result["data"][0]["samples"].as_u64());
     // Two drivers in two folds: each is scored as the calibration on the other scores him.
     let folds = ok(&[&arguments[..], &["--folds", "2", "--max-evaluations", "500"]].concat());
     assert!(folds.contains("held back, in 2 folds: 2, mean nrmse-sva"), "{folds}");
-    let left_out: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    let left_out = json_of(out.join("result.json"));
     for (k, other) in [(0, 1), (1, 0)] {
         let fold = scratch("cli", "fold");
         let single = ["calibrate", text(&files[other]), "--joint", "--model", "idm", "--max-evaluations", "500"];
         let single = [&single[..], &["--holdout", text(&files[k]), "--out", text(&fold), "--json"]];
-        let single: Value = serde_json::from_str(&ok(&single.concat())).unwrap();
+        let single = json(&single.concat());
         assert_eq!(left_out["held_back"]["drives"][k]["score"], single["held_back"]["drives"][0]["score"]);
     }
     let (code, error) = fails(&[&arguments[..], &["--folds", "3"]].concat());
@@ -171,7 +157,7 @@ fn joint_calibration_has_one_parameter_set() {
     let (file, out) = (folder.join("platoon.csv"), scratch("cli", "joint_platoon"));
     let all = ["calibrate", text(&file), "--joint", "--model", "idm", "--out", text(&out), "--max-evaluations", "500"];
     ok(&all);
-    let whole: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    let whole = json_of(out.join("result.json"));
     let followers: Vec<_> = whole["data"].as_array().unwrap().iter().map(|data| data["follower"].clone()).collect();
     assert!(followers.len() > 2 && followers[..3] == [1, 2, 3], "{followers:?}");
 
@@ -180,10 +166,9 @@ fn joint_calibration_has_one_parameter_set() {
         let out = scratch("cli", "history");
         let history = ["--history", "0.7", "--max-evaluations", "500", "--out", text(&out)];
         ok(&[&["calibrate", text(&files[0]), "--model", model], &history[..]].concat());
-        let result: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+        let result = json_of(out.join("result.json"));
         assert_eq!(result["data"][0]["first_scored"], 8, "{model}");
-        let again = ok(&["simulate", text(&files[0]), "--result", text(&out), "--json"]);
-        let again: Value = serde_json::from_str(&again).unwrap();
+        let again = json(&["simulate", text(&files[0]), "--result", text(&out), "--json"]);
         let score = format!("\"nrmse_sva\":{}", result["score"]["nrmse_sva"]);
         assert!(again.to_string().contains(&score), "{score} {again}");
     }
@@ -233,7 +218,7 @@ fn bounds_and_fixed_values_hold() {
     let bounds = scratch("cli", "bounds").join("bounds.toml");
     fs::write(&bounds, "v_0 = [25, 26]\nd_0 = 2.5\n").unwrap();
     let folder = calibrated("bounded", &["--bounds", text(&bounds), "--fix", "t_h=1.25"]);
-    let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
+    let result = json_of(folder.join("result.json"));
     let parameter = |name: &str| result["parameters"][name].as_f64().unwrap();
     assert!((25.0..=26.0).contains(&parameter("v_0")));
     assert_eq!((parameter("d_0"), parameter("t_h")), (2.5, 1.25));
@@ -254,7 +239,7 @@ fn evaluate_marks_bad_rows_and_keeps_the_others() {
                 same,37,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n\
                 both,2,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n";
     fs::write(&cases, rows).unwrap();
-    let output = leadlag(&["evaluate", text(&cases), "--data", text(folder), "--rescore"]);
+    let output = leadlag(&["evaluate", text(&cases), "--data", text(&folder), "--rescore"]);
     assert!(output.status.success(), "{}", stderr(&output));
     assert!(
         stderr(&output).contains("10 rows: 3 simulated to the end, 0 ended early, 7 invalid"),
@@ -367,15 +352,14 @@ fn a_folder_that_cannot_be_written_is_found_before_the_work() {
 
 #[test]
 fn list_and_inspect_speak_json() {
-    let variants: Value = serde_json::from_str(&ok(&["list", "variants", "--json"])).unwrap();
+    let variants = json(&["list", "variants", "--json"]);
     assert_eq!(variants.as_array().unwrap().len(), 90);
     assert_eq!(variants[30]["variant"], "gipps+delay+linear");
-    let parameters = ok(&["list", "parameters", "--json", "--model", "7", "--vehicle", "bmw_x5"]);
-    let parameters: Value = serde_json::from_str(&parameters).unwrap();
+    let parameters = json(&["list", "parameters", "--json", "--model", "7", "--vehicle", "bmw_x5"]);
     let f_1 = parameters.as_array().unwrap().iter().find(|p| p["name"] == "f_1").unwrap();
     assert!((f_1["bounds"][0].as_f64().unwrap() + 2.268).abs() < 1e-12, "-0.63 N/(km/h) is -2.268 kg/s");
     for topic in ["vehicles", "gof", "conventions"] {
-        let list: Value = serde_json::from_str(&ok(&["list", topic, "--json"])).unwrap();
+        let list = json(&["list", topic, "--json"]);
         assert!(!list.as_array().unwrap().is_empty(), "{topic}");
     }
     let inspection = ok(&["inspect", text(&platoon().join("platoon.csv")), "--json"]);
@@ -401,7 +385,7 @@ fn several_calibrations_make_one_json_array_and_never_share_a_folder() {
 fn a_variant_without_free_parameters_is_scored_once() {
     let fix = ["k_s=0.2", "k_v=0.6", "k_0=0.5", "v_0=33", "d_0=3", "t_h=1.1"].map(|f| ["--fix", f]);
     let folder = calibrated("all_fixed", &fix.concat());
-    let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
+    let result = json_of(folder.join("result.json"));
     assert_eq!(result["evaluations"], 1);
     assert_eq!(result["replicates"][0]["stop"], "every parameter is fixed");
 }
@@ -411,7 +395,7 @@ fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
     let cases = scratch("cli", "onto_itself").join("onto_itself.csv");
     let row = "37,platoon,1,0.2,0.6,0.5,33,3,1.1\n";
     fs::write(&cases, format!("model_id,platoon,follower_position,k_s,k_v,k_0,v_0,d_0,t_h\n{row}{row}")).unwrap();
-    ok(&["evaluate", text(&cases), "--data", text(platoon()), "--out", text(&cases)]);
+    ok(&["evaluate", text(&cases), "--data", text(&platoon()), "--out", text(&cases)]);
     let written = fs::read_to_string(&cases).unwrap();
     assert_eq!(written.lines().count(), 3, "{written}");
     assert!(written.lines().nth(1).unwrap().starts_with("37,platoon,1,0.2,0.6,0.5,33,3,1.1,1,,,0,0,0,"), "{written}");
@@ -423,7 +407,7 @@ fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
         ("model_id,platoon,follower_position,v_0,v_0\n", "column v_0 occurs more than once"),
     ] {
         fs::write(&broken, content).unwrap();
-        let (code, message) = fails(&["evaluate", text(&broken), "--data", text(platoon()), "--out", text(&cases)]);
+        let (code, message) = fails(&["evaluate", text(&broken), "--data", text(&platoon()), "--out", text(&cases)]);
         assert_eq!(code, 1);
         assert!(message.contains(expected), "expected {expected:?} in:\n{message}");
     }
@@ -439,7 +423,7 @@ fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
 
     let bounds = scratch("cli", "infinite").join("infinite.toml");
     fs::write(&bounds, "tau_p = [0.1, inf]\n").unwrap();
-    let (code, message) = fails(&["evaluate", text(&cases), "--data", text(platoon()), "--bounds", text(&bounds)]);
+    let (code, message) = fails(&["evaluate", text(&cases), "--data", text(&platoon()), "--bounds", text(&bounds)]);
     assert_eq!(code, 2);
     assert!(message.contains("tau_p: expected a number of at least 0 and below 1e9 as both bounds"), "{message}");
     let (code, message) = fails(&["evaluate", text(&cases), "--data", "nowhere"]);
@@ -498,7 +482,7 @@ fn a_run_that_crashes_says_when_and_why_everywhere() {
     fs::write(&path, text_of).unwrap();
     let (file, out) = (platoon().join("platoon.csv"), scratch("cli", "crash_out"));
     let arguments = ["simulate", text(&file), "--follower", "1", "--result", text(&path), "--out", text(&out)];
-    let run: Value = serde_json::from_str(&ok(&[&arguments[..], &["--json"]].concat())).unwrap();
+    let run = json(&[&arguments[..], &["--json"]].concat());
     let run = &run["runs"][0];
     assert_eq!((&run["success"], &run["fail_reason"], &run["score"]), (&false.into(), &"spacing".into(), &Value::Null));
     let step = run["fail_step"].as_u64().expect("a sample");
@@ -519,7 +503,7 @@ fn synth_hides_what_it_is_told_to() {
     let arguments = ["synth", "--out", text(&folder), "--base", "idm", "--leader", text(&lead), "--seed", "3"];
     let effect = ["--effect", "actuation_lag", "--amplitude", "weak", "--gusts", "0.05,2", "--gap-noise", "0.02"];
     ok(&[&arguments[..], &effect].concat());
-    let truth: Value = serde_json::from_slice(&fs::read(folder.join("truth.json")).unwrap()).unwrap();
+    let truth = json_of(folder.join("truth.json"));
     let follower = &truth["scenario"]["followers"][0];
     assert_eq!(truth["scenario"]["followers"].as_array().unwrap().len(), 1);
     assert_eq!(follower["effects"][0]["name"], "actuation_lag");

@@ -1,37 +1,23 @@
 //! Mistakes on the command line, and their messages: the range, the nearest name, the file, the remedy.
 
-use crate::common::program::{leadlag, scratch, stderr, stdout, succeeds, text};
+use crate::common::program::{exits, json, leadlag, scratch, stderr, stdout, succeeds, synth, text};
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 
-/// The message of a command that must end with this exit code.
-fn fails(code: i32, arguments: &[&str]) -> String {
-    let output = leadlag(arguments);
-    assert_eq!(output.status.code(), Some(code), "{arguments:?}\n{}", stderr(&output));
-    stderr(&output)
-}
-
-/// A file of one follower, made once.
-fn pair() -> &'static str {
-    static FILE: OnceLock<PathBuf> = OnceLock::new();
-    let make = || {
-        let folder = scratch("cli_mistakes", "drive");
-        succeeds(&["synth", "--out", text(&folder), "--duration", "60", "--pairs"]);
-        folder.join("pair_follower1.csv")
-    };
-    text(FILE.get_or_init(make))
+/// A file of one follower.
+fn pair() -> PathBuf {
+    synth(60).join("pair_follower1.csv")
 }
 
 /// Message of a failed calibration with these options.
 fn calibrate(code: i32, extra: &[&str]) -> String {
-    fails(code, &[&["calibrate", pair(), "--out", "never"], extra].concat())
+    exits(code, &[&["calibrate", text(&pair()), "--out", "never"], extra].concat())
 }
 
 #[test]
 fn a_number_out_of_its_range_is_told_the_range() {
     let idm = |extra: &[&str]| calibrate(2, &[&["--model", "idm"], extra].concat());
-    let synth = |extra: &[&str]| fails(2, &[&["synth", "--out", "never"], extra].concat());
+    let synth = |extra: &[&str]| exits(2, &[&["synth", "--out", "never"], extra].concat());
     for (message, expected) in [
         (idm(&["--lead-length", "-3"]), "'-3' for '--lead-length <M>': expected 0 to 30 m"),
         (idm(&["--max-gap", "-1"]), "expected 0 to 60 s"),
@@ -56,10 +42,10 @@ fn a_number_out_of_its_range_is_told_the_range() {
 #[test]
 fn the_nearest_name_is_suggested_here_too() {
     for (message, expected) in [
-        (fails(2, &["synth", "--out", "never", "--effect", "graed"]), "did you mean `grade`?"),
-        (fails(2, &["synth", "--out", "never", "--effect", "actuation_lag:tau=1"]), "it has ta"),
-        (fails(2, &["synth", "--out", "never", "--leader", "cruse"]), "no such file; did you mean `cruise`?"),
-        (fails(2, &["demo", "--out", "never", "--hide", "graed"]), "did you mean `grade`?"),
+        (exits(2, &["synth", "--out", "never", "--effect", "graed"]), "did you mean `grade`?"),
+        (exits(2, &["synth", "--out", "never", "--effect", "actuation_lag:tau=1"]), "it has ta"),
+        (exits(2, &["synth", "--out", "never", "--leader", "cruse"]), "no such file; did you mean `cruise`?"),
+        (exits(2, &["demo", "--out", "never", "--hide", "graed"]), "did you mean `grade`?"),
         (calibrate(2, &["--model", "idm", "--optimizer", "cmae"]), "did you mean `cmaes`?"),
         (calibrate(2, &["--model", "idm", "--columns", "higd"]), "did you mean "),
     ] {
@@ -73,7 +59,7 @@ fn a_variant_that_needs_a_vehicle_says_so_in_one_way() {
         let expected = format!(
             "error: {}: variant {variant} needs the vehicle of follower 1, but no vehicle has the name `follower`; give --vehicle NAME \
              or FILE#NAME (`leadlag list vehicles`)\n",
-            pair()
+            text(&pair())
         );
         assert_eq!(calibrate(2, &["--model", variant]), expected);
     }
@@ -85,9 +71,9 @@ fn files_that_are_not_there_are_failures_and_what_they_say_is_usage() {
         let message = calibrate(1, &["--model", "idm", "--follower", "1", flag, "nowhere.toml"]);
         assert!(message.contains("nowhere.toml"), "{flag}: {message}");
     }
-    let message = fails(1, &["inspect", text(&scratch("cli_mistakes", "a_folder"))]);
+    let message = exits(1, &["inspect", text(&scratch("cli_mistakes", "a_folder"))]);
     assert!(message.contains("expected a file, found a folder"), "{message}");
-    let message = fails(1, &["synth", "--out", "never", "--leader", "nowhere.csv"]);
+    let message = exits(1, &["synth", "--out", "never", "--leader", "nowhere.csv"]);
     let first = message.lines().next().expect("a line");
     assert_eq!(first, "error: --leader nowhere.csv: cannot be read");
 
@@ -121,9 +107,9 @@ fn contradictions_are_refused() {
         let out = scratch("cli_mistakes", "narrowed");
         let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
         let narrowed = ["--bounds", text(&bounds), "--fix", "v_0=30"];
-        succeeds(&[&["calibrate", pair()][..], &search, &narrowed].concat());
+        succeeds(&[&["calibrate", text(&pair())][..], &search, &narrowed].concat());
     }
-    let synth = |extra: &[&str]| fails(2, &[&["synth", "--out", "never"], extra].concat());
+    let synth = |extra: &[&str]| exits(2, &[&["synth", "--out", "never"], extra].concat());
     assert!(synth(&["--amplitude", "medium"]).contains("--effect"));
     let message = synth(&["--effect", "headway_mode_change", "--duration", "60"]);
     assert!(message.contains("begins at 300 s, and the drive ends at 60 s"), "{message}");
@@ -139,13 +125,13 @@ fn what_is_nearly_right_is_told_the_right_way() {
     assert!(message.contains("several times: --extend grade --extend actuation_lag\n"), "{message}");
     let cases = scratch("cli_mistakes", "cases").join("cases.csv");
     fs::write(&cases, "model_id,platoon,follower_position\n").expect("writable");
-    let message = fails(1, &["evaluate", text(&cases), "--data", "nowhere"]);
+    let message = exits(1, &["evaluate", text(&cases), "--data", "nowhere"]);
     assert!(message.contains("expected the folder of the platoon files, or one file; there is none"), "{message}");
     // An unknown follower is the same wrong usage in every command.
     let said = calibrate(2, &["--model", "idm", "--follower", "9"]);
     assert!(said.ends_with("followers with data: 1\n"), "{said}");
-    assert_eq!(fails(2, &["diagnose", pair(), "--base", "idm", "--follower", "9"]), said);
-    let message = fails(2, &["diagnose", pair(), "--model", "idn"]);
+    assert_eq!(exits(2, &["diagnose", text(&pair()), "--base", "idm", "--follower", "9"]), said);
+    let message = exits(2, &["diagnose", text(&pair()), "--model", "idn"]);
     assert!(message.contains("--base") && message.contains("did you mean `idm`?"), "{message}");
 }
 
@@ -154,12 +140,12 @@ fn a_bad_file_does_not_hide_the_good_ones() {
     let folder = scratch("cli_mistakes", "several");
     let bad = folder.join("bad.csv");
     fs::write(&bad, "a,b\n1,2\n").expect("writable");
-    let output = leadlag(&["inspect", text(&bad), pair(), "nowhere.csv"]);
+    let output = leadlag(&["inspect", text(&bad), text(&pair()), "nowhere.csv"]);
     assert_eq!(output.status.code(), Some(1));
-    assert!(stdout(&output).starts_with(pair()), "{}", stdout(&output));
+    assert!(stdout(&output).starts_with(text(&pair())), "{}", stdout(&output));
     let message = stderr(&output);
     assert!(message.contains("bad.csv:1: no known layout") && message.contains("nowhere.csv: expected"), "{message}");
-    let output = leadlag(&["inspect", pair(), text(&bad), "--json"]);
+    let output = leadlag(&["inspect", text(&pair()), text(&bad), "--json"]);
     assert_eq!(output.status.code(), Some(1));
     let json: serde_json::Value = serde_json::from_str(&stdout(&output)).expect("JSON");
     assert_eq!(json.as_array().expect("several files were asked for").len(), 1);
@@ -176,13 +162,12 @@ fn segments_are_listed_wherever_one_has_to_be_chosen() {
     let (first, second) = ("1 (0.0 to 20.0 s, 201 samples)", "2 (26.0 to 60.0 s, 341 samples)");
     let shown = stdout(&succeeds(&["inspect", text(&file)]));
     assert!(shown.contains(&format!("is number {second}")), "{shown}");
-    let json: serde_json::Value =
-        serde_json::from_str(&stdout(&succeeds(&["inspect", text(&file), "--json"]))).expect("JSON");
+    let json = json(&["inspect", text(&file), "--json"]);
     let segments = json["platoons"][0]["followers"][0]["segments"].as_array().expect("segments");
     assert_eq!(segments.len(), 2);
     assert_eq!((&segments[1]["number"], &segments[1]["samples"]), (&2.into(), &341.into()));
     let arguments = ["calibrate", text(&file), "--model", "idm", "--segment", "3", "--out", "never"];
-    let message = fails(2, &arguments);
+    let message = exits(2, &arguments);
     assert!(message.contains(&format!("there are 2 segments: {second}, {first}")), "{message}");
     let out = folder.join("fit");
     let search = ["--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
@@ -195,14 +180,14 @@ fn segments_are_listed_wherever_one_has_to_be_chosen() {
 fn simulate_takes_the_folder_and_counts_the_results() {
     let out = scratch("cli_mistakes", "fit");
     let search = ["--model", "l-cth", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
-    succeeds(&[&["calibrate", pair()][..], &search].concat());
-    succeeds(&["simulate", pair(), "--result", text(&out)]);
+    succeeds(&[&["calibrate", text(&pair())][..], &search].concat());
+    succeeds(&["simulate", text(&pair()), "--result", text(&out)]);
     let two = ["--result", text(&out), "--result", text(&out)];
-    let message = fails(2, &[&["simulate", pair(), "--platoon"][..], &two].concat());
+    let message = exits(2, &[&["simulate", text(&pair()), "--platoon"][..], &two].concat());
     assert!(
         message.contains("--result is given 2 times; expected one, because ") && message.contains("has 1 follower")
     );
-    let message = fails(2, &[&["simulate", pair()][..], &two].concat());
+    let message = exits(2, &[&["simulate", text(&pair())][..], &two].concat());
     assert!(message.contains("--platoon simulates all"), "{message}");
 }
 

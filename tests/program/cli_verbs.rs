@@ -1,32 +1,18 @@
 //! The command line beyond `tests/program/cli.rs`: help, misspelt names, completions, manual pages, `--quiet`, extensions, reports, column
 //! maps.
 
-use crate::common::program::{fails, leadlag, ok, scratch, stderr, text};
-use serde_json::Value;
+use crate::common::program::{exits, fails, json, json_of, leadlag, ok, scratch, stderr, synth, text};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::sync::OnceLock;
 
-/// stderr of a command that must fail as wrong usage.
-fn wrong(arguments: &[&str]) -> String {
-    let output = leadlag(arguments);
-    assert_eq!(output.status.code(), Some(2), "{arguments:?}\n{}", stderr(&output));
-    stderr(&output)
+fn pair() -> PathBuf {
+    synth(60).join("pair_follower1.csv")
 }
 
-/// A short pair file of a synthetic platoon, made once.
-fn pair() -> &'static Path {
-    static FILE: OnceLock<PathBuf> = OnceLock::new();
-    FILE.get_or_init(|| {
-        let folder = scratch("cli_verbs", "drive");
-        ok(&["synth", "--out", text(&folder), "--duration", "60", "--pairs"]);
-        folder.join("pair_follower1.csv")
-    })
-}
-
-const SOFT: &str = "//! The car brakes less than commanded.
+pub const SOFT: &str = "//! The car brakes less than commanded.
 struct Parameters {
     /// share of the braking that is lost [-], 0 to 0.9, neutral 0
     lost: f32,
@@ -47,7 +33,7 @@ fn extended() -> &'static Path {
         let out = folder.join("fit");
         let extensions = ["--extend", text(&own), "--extend", "actuation_lag"];
         let search = ["--max-evaluations", "300", "--optimizer", "ga", "--no-intervals", "--out", text(&out)];
-        ok(&[&["calibrate", text(pair()), "--model", "l-cth"][..], &extensions, &search].concat());
+        ok(&[&["calibrate", text(&pair()), "--model", "l-cth"][..], &extensions, &search].concat());
         out
     })
 }
@@ -123,10 +109,11 @@ fn the_place_of_results_has_a_short_form_wherever_there_is_one() {
 
 #[test]
 fn a_name_that_is_nearly_right_is_suggested() {
-    let file = text(pair());
-    let with = |extra: &[&str]| wrong(&[&["calibrate", file, "--out", "never"], extra].concat());
+    let drive = pair();
+    let file = text(&drive);
+    let with = |extra: &[&str]| exits(2, &[&["calibrate", file, "--out", "never"], extra].concat());
     for (what, message, expected) in [
-        ("verb", wrong(&["calibrte"]), "'calibrate'"),
+        ("verb", exits(2, &["calibrte"]), "'calibrate'"),
         ("flag", with(&["--model", "idm", "--replicate", "2"]), "'--replicates'"),
         ("variant", with(&["--model", "gips"]), "did you mean `gipps`?"),
         ("parameter", with(&["--model", "idm", "--fix", "v0=30"]), "did you mean `v_0`?"),
@@ -136,8 +123,12 @@ fn a_name_that_is_nearly_right_is_suggested() {
         ("column map", with(&["--model", "idm", "--columns", "higd"]), "did you mean highd?"),
         ("evaluator", with(&["--model", "idm", "--evaluator", "lane"]), "'lanes'"),
         ("goodness of fit", with(&["--model", "idm", "--gof", "nrsme-sva"]), "did you mean `nrmse-sva`?"),
-        ("cause", wrong(&["diagnose", "--data", file, "--base", "idm", "--causes", "grad"]), "did you mean `grade`?"),
-        ("shell", wrong(&["completions", "bsh"]), "'bash'"),
+        (
+            "cause",
+            exits(2, &["diagnose", "--data", file, "--base", "idm", "--causes", "grad"]),
+            "did you mean `grade`?",
+        ),
+        ("shell", exits(2, &["completions", "bsh"]), "'bash'"),
     ] {
         assert!(message.contains(expected), "{what}: expected {expected:?} in:\n{message}");
     }
@@ -231,7 +222,7 @@ fn check_describes_a_good_extension_and_names_the_place_of_a_bad_one() {
     let printed = ok(&["check", text(&good)]);
     assert!(printed.starts_with("soft: valid, a cause\n"), "{printed}");
     assert!(printed.contains("lost [-] 0 to 0.9, neutral at 0: share of the braking that is lost"), "{printed}");
-    let entries: Value = serde_json::from_str(&ok(&["check", text(&good), "--json"])).unwrap();
+    let entries = json(&["check", text(&good), "--json"]);
     assert_eq!(entries[0]["parameters"][0]["bounds"], serde_json::json!([0.0, 0.9]));
     assert_eq!(entries[0]["bases"].as_array().unwrap().len(), 5);
     let misspelt = folder.join("misspelt.wgsl");
@@ -243,12 +234,12 @@ fn check_describes_a_good_extension_and_names_the_place_of_a_bad_one() {
     assert_eq!(failed.status.code(), Some(1));
     let message = stderr(&failed);
     assert!(message.contains("bad.wgsl:8:") && message.contains("lots"), "{message}");
-    assert!(wrong(&["check", "soft"]).contains("no built-in extension is called `soft`"));
+    assert!(exits(2, &["check", "soft"]).contains("no built-in extension is called `soft`"));
 }
 
 #[test]
 fn an_extended_result_is_calibrated_written_and_simulated_again() {
-    let result: Value = serde_json::from_slice(&fs::read(extended().join("result.json")).unwrap()).unwrap();
+    let result = json_of(extended().join("result.json"));
     let names: Vec<&str> = result["parameters"].as_object().unwrap().keys().map(String::as_str).collect();
     assert!(names.starts_with(&["k_s", "k_v", "k_0", "v_0", "d_0", "t_h"]), "{names:?}");
     assert!(names.len() == 8 && names.contains(&"lost") && names.contains(&"ta"), "{names:?}");
@@ -261,8 +252,7 @@ fn an_extended_result_is_calibrated_written_and_simulated_again() {
     // Moved away from the WGSL file, it is simulated to the same score.
     let elsewhere = scratch("cli_verbs", "elsewhere").join("result.json");
     fs::copy(extended().join("result.json"), &elsewhere).unwrap();
-    let again = ok(&["simulate", text(pair()), "--result", text(&elsewhere), "--json"]);
-    let again: Value = serde_json::from_str(&again).unwrap();
+    let again = json(&["simulate", text(&pair()), "--result", text(&elsewhere), "--json"]);
     assert_eq!(again["runs"][0]["score"]["nrmse_sva"], result["score"]["nrmse_sva"]);
 }
 
@@ -281,7 +271,7 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
     // The heading has the score that was minimised, under its name.
     let fit = scratch("cli_verbs", "heading");
     let search = ["--model", "idm", "--gof", "rmse-s", "--max-evaluations", "300", "--no-intervals", "--json"];
-    let json = ok(&[&["calibrate", text(pair()), "--out", text(&fit)], &search[..]].concat());
+    let json = ok(&[&["calibrate", text(&pair()), "--out", text(&fit)], &search[..]].concat());
     let result: serde_json::Value = serde_json::from_str(&json).expect("JSON");
     ok(&["report", text(&fit), "-o", text(&page)]);
     let html = fs::read_to_string(&page).expect("written");
@@ -296,7 +286,7 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
     // The command that made it, and its warnings.
     assert!(html.contains("The command: <code>leadlag calibrate ") && html.contains("--max-evaluations 300"));
     assert!(!html.contains("Warnings of the command"));
-    ok(&[&["calibrate", text(pair()), "--smooth", "--joint", "--out", text(&fit)], &search[..]].concat());
+    ok(&[&["calibrate", text(&pair()), "--smooth", "--joint", "--out", text(&fit)], &search[..]].concat());
     let run = fit.join("run.json");
     let made =
         fs::read_to_string(&run).expect("written").replace("\"warnings\": []", "\"warnings\": [\"<b>doubt</b>\"]");
@@ -308,7 +298,7 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
     let (code, said) = fails(&["report", text(&fit), "-o", text(&page)]);
     assert!(code == 1 && said.contains("run.json: expected the command of a result"), "{said}");
     let empty = scratch("cli_verbs", "empty");
-    assert!(wrong(&["report", text(&empty), "-o", text(&page)]).contains("expected a folder with result.json"));
+    assert!(exits(2, &["report", text(&empty), "-o", text(&page)]).contains("expected a folder with result.json"));
 }
 
 #[test]
@@ -322,7 +312,8 @@ fn what_is_likely_a_mistake_is_warned_of() {
         assert!(output.status.success(), "{}", stderr(&output));
         stderr(&output)
     };
-    let file = text(pair());
+    let drive = pair();
+    let file = text(&drive);
     assert!(!calibrate(file, &[]).contains("warning"));
     assert!(calibrate(file, &["--vehicle", "bmw_x5"]).contains("--vehicle changes nothing: variant idm has neither"));
     assert!(calibrate(file, &["--grade", "level"]).contains("--grade changes nothing: variant idm has neither"));
@@ -368,17 +359,17 @@ fn a_table_with_a_column_map_is_inspected_and_calibrated_by_vehicle_id() {
     let (map, table) = (text(&map), text(&table));
     let printed = ok(&["inspect", table, "--columns", map]);
     assert!(printed.contains("layout columns") && printed.contains("trajectory second-first"), "{printed}");
-    let message = wrong(&["calibrate", table, "--columns", map, "--model", "idm", "--out", "never"]);
+    let message = exits(2, &["calibrate", table, "--columns", map, "--model", "idm", "--out", "never"]);
     assert!(message.contains("--follower is needed: it has 2 pairs, first vehicle second (60.0 s)"), "{message}");
-    let message = wrong(&["inspect", table, "--columns", map, "--follower", "first"]);
+    let message = exits(2, &["inspect", table, "--columns", map, "--follower", "first"]);
     assert!(message.contains("--follower first: it has no car ahead"), "{message}");
     let search = ["--model", "idm", "--max-evaluations", "200", "--optimizer", "ga", "--no-intervals"];
     let [mapped, plain] = ["mapped", "plain"].map(|name| folder.join(name));
     let chosen = ["--columns", map, "--follower", "second", "--out", text(&mapped)];
     ok(&[&["calibrate", table][..], &chosen, &search].concat());
-    ok(&[&["calibrate", text(pair()), "--out", text(&plain)][..], &search].concat());
+    ok(&[&["calibrate", text(&pair()), "--out", text(&plain)][..], &search].concat());
     let score = |folder: &Path| -> f64 {
-        let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
+        let result = json_of(folder.join("result.json"));
         result["score"]["nrmse_sva"].as_f64().unwrap()
     };
     let (mapped, plain) = (score(&mapped), score(&plain));
@@ -390,15 +381,16 @@ fn a_table_with_a_column_map_is_inspected_and_calibrated_by_vehicle_id() {
 #[test]
 fn the_population_of_a_genetic_algorithm_is_chosen() {
     let out = scratch("cli_verbs", "population").join("fit");
-    let common = ["calibrate", text(pair()), "--model", "idm", "--no-intervals", "--out", text(&out)];
+    let drive = pair();
+    let common = ["calibrate", text(&drive), "--model", "idm", "--no-intervals", "--out", text(&out)];
     let ga = ["--optimizer", "ga", "--population", "400", "--max-evaluations", "1000"];
     ok(&[&common[..], &ga].concat());
-    let result: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    let result = json_of(out.join("result.json"));
     // 400, and, because the parents are carried over, 280 more in each generation.
     assert_eq!((&result["population"], &result["evaluations"]), (&400.into(), &960.into()));
-    let default = wrong(&[&common[..], &["--population", "400"]].concat());
+    let default = exits(2, &[&common[..], &["--population", "400"]].concat());
     assert!(default.contains("add --optimizer ga or lshade"), "{default}");
     let few = ["--optimizer", "lshade", "--population", "400", "--max-evaluations", "300"];
-    let few = wrong(&[&common[..], &few].concat());
+    let few = exits(2, &[&common[..], &few].concat());
     assert!(few.contains("more candidates than --max-evaluations 300 allows"), "{few}");
 }

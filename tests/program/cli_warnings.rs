@@ -1,22 +1,16 @@
 //! Refusals and warnings before the work: options without effect, parameters that the data do not determine, tables without a row that can
 //! be simulated.
 
-use crate::common::program::{leadlag, scratch, stderr, succeeds, text};
+use super::cli_verbs::SOFT;
+use crate::common::program::{json_of, leadlag, scratch, stderr, succeeds, synth, text};
 use leadlag::internal::score::GoodnessOfFit;
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 use std::sync::atomic::{AtomicU32, Ordering};
 
-/// A short synthetic drive, made once: platoon.csv, pair_follower1.csv, Slope.csv.
-fn drive() -> &'static Path {
-    static FOLDER: OnceLock<PathBuf> = OnceLock::new();
-    FOLDER.get_or_init(|| {
-        let folder = scratch("cli_warnings", "drive");
-        succeeds(&["synth", "--out", text(&folder), "--duration", "60", "--pairs"]);
-        folder
-    })
+fn drive() -> PathBuf {
+    synth(60)
 }
 
 /// stderr of a short calibration of `idm`.
@@ -27,17 +21,6 @@ fn calibrate(extra: &[&str]) -> String {
     let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
     stderr(&succeeds(&[&["calibrate", text(&pair)], &search[..], extra].concat()))
 }
-
-const SOFT: &str = "//! The car brakes less than commanded.
-struct Parameters {
-    /// share of the braking that is lost [-], 0 to 0.9, neutral 0
-    lost: f32,
-}
-
-fn soft_command(own: Parameters, a_cmd: f32) -> f32 {
-    return select(a_cmd, (1.0 - own.lost) * a_cmd, a_cmd < 0.0);
-}
-";
 
 /// Reads the position, and no grade.
 const PLACE: &str = "//! Slower behind a certain place.
@@ -140,7 +123,7 @@ fn a_broken_gap_is_warned_of_in_the_words_of_inspect() {
     let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "-o", text(&fit)];
     let said = stderr(&succeeds(&[&["calibrate", text(&file)], &search[..]].concat()));
     assert!(said.contains(&warning), "{said}");
-    let result: Value = serde_json::from_slice(&fs::read(fit.join("result.json")).unwrap()).unwrap();
+    let result = json_of(fit.join("result.json"));
     let kept = result["data"][0]["findings"].as_array().unwrap();
     assert!(kept.iter().any(|finding| warned.contains(finding["sentence"].as_str().unwrap())), "{kept:?}");
     let said = stderr(&succeeds(&["simulate", text(&file), "--result", text(&fit)]));
@@ -215,7 +198,7 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
     for (file, folder) in [(&one, "pair_follower1_follower1"), (&two, "pair_follower1_follower1_2")] {
         let line = format!("files of {}, follower 1, in {}", file.display(), other.join(folder).display());
         assert!(said.contains(&line), "expected {line:?} in:\n{said}");
-        let result: Value = serde_json::from_slice(&fs::read(other.join(folder).join("result.json")).unwrap()).unwrap();
+        let result = json_of(other.join(folder).join("result.json"));
         assert_eq!(result["data"][0]["path"], text(file));
     }
 }
@@ -265,7 +248,7 @@ fn every_goodness_of_fit_is_listed_with_its_unit() {
 fn evaluate(name: &str, header: &str, rows: &[&str]) -> (Option<i32>, String, String) {
     let cases = scratch("cli_warnings", name).join("cases.csv");
     fs::write(&cases, format!("model_id,platoon,follower_position,{header}\n{}\n", rows.join("\n"))).unwrap();
-    let output = leadlag(&["evaluate", text(&cases), "--data", text(drive())]);
+    let output = leadlag(&["evaluate", text(&cases), "--data", text(&drive())]);
     let said = stderr(&output);
     (output.status.code(), String::from_utf8(output.stdout).unwrap(), said)
 }
@@ -337,7 +320,7 @@ fn a_desired_speed_far_above_any_driven_is_warned_of_by_every_verb() {
     let header = "model_id,platoon,follower_position,delta,v_0,d_0,t_h,a_max,a_min\n";
     let evaluated = |v_0| {
         fs::write(&cases, format!("{header}{}", row(v_0))).unwrap();
-        stderr(&succeeds(&["evaluate", text(&cases), "--data", text(drive())]))
+        stderr(&succeeds(&["evaluate", text(&cases), "--data", text(&drive())]))
     };
     for said in [&calibrated, &simulated, &evaluated(120)] {
         let warned =
@@ -347,7 +330,7 @@ fn a_desired_speed_far_above_any_driven_is_warned_of_by_every_verb() {
     }
     assert!(!evaluated(33).contains("far above"));
     // The command and its warnings stand in run.json.
-    let run: Value = serde_json::from_slice(&fs::read(fit.join("run.json")).unwrap()).unwrap();
+    let run = json_of(fit.join("run.json"));
     let kept = run["warnings"].as_array().unwrap();
     assert!(kept.iter().any(|text| text.as_str().unwrap().contains("v_0 = 120 m/s is far above")), "{run}");
 }
@@ -394,7 +377,7 @@ fn a_simulation_with_another_mass_is_warned_of() {
     succeeds(&[&["calibrate", text(&pair)], &model[..], &search].concat());
     let simulate = || stderr(&succeeds(&["simulate", text(&pair), "--result", text(&fit)]));
     assert!(!simulate().contains("was calibrated with m_0"));
-    let mut result: Value = serde_json::from_slice(&fs::read(fit.join("result.json")).unwrap()).unwrap();
+    let mut result = json_of(fit.join("result.json"));
     let mass = result["vehicle"]["m_0"].as_f64().unwrap();
     result["vehicle"]["m_0"] = (mass - 100.0).into();
     fs::write(fit.join("result.json"), result.to_string()).unwrap();

@@ -3,7 +3,7 @@
 //! `LEADLAG_KILLS=100` sets the number of kills; by default a few.
 
 use crate::common::gpu::skipped;
-use crate::common::program::{self, fails, leadlag, ok, scratch, stderr, text};
+use crate::common::program::{self, fails, json, leadlag, ok, rows_of, scratch, stderr, text};
 use crate::common::sample;
 use leadlag::internal::optimize::{normal, stream};
 use std::collections::BTreeMap;
@@ -66,13 +66,9 @@ fn delayed_drives(numbers: std::ops::Range<u64>, samples: usize, late: usize, no
     table
 }
 
-/// The rows of a table of parameters, by column.
+/// The rows of the table of parameters.
 fn rows(folder: &Path) -> Vec<BTreeMap<String, String>> {
-    let mut reader = csv::Reader::from_path(folder.join("parameters.csv")).expect("it was written");
-    let names = reader.headers().expect("a header").clone();
-    let row =
-        |row: csv::StringRecord| names.iter().zip(row.iter()).map(|(n, x)| (n.to_owned(), x.to_owned())).collect();
-    reader.records().map(|record| row(record.expect("a row"))).collect()
+    rows_of(&folder.join("parameters.csv"))
 }
 
 /// Files of the result without the journal, whose order depends on the threads.
@@ -125,8 +121,7 @@ fn every_pair_is_a_row() {
     let alone = folder.join("alone");
     let row = &found[4];
     let one = ["calibrate", text(&table), "--trajectory", "2", "--model", "idm", "--bounds", "human"];
-    let result = ok(&[&one[..], &["--max-evaluations", "10000", "--json", "--out", text(&alone)]].concat());
-    let result: serde_json::Value = serde_json::from_str(&result).expect("JSON");
+    let result = json(&[&one[..], &["--max-evaluations", "10000", "--json", "--out", text(&alone)]].concat());
     for (column, name) in [("t_h_s", "t_h"), ("v_0_mps", "v_0"), ("a_min_mps2", "a_min")] {
         assert_eq!(row[column].parse::<f64>().ok(), result["parameters"][name].as_f64(), "{name}");
         let low = row[&format!("{column}_low")].parse::<f64>().ok();

@@ -1,7 +1,7 @@
 //! Effects of data, laws and failures on a fleet: drives that do not vary, laws that share a name, settings and journals that change.
 
-use crate::common::program::{fails, leadlag, ok, scratch, stderr, stdout, succeeds, text};
-use std::collections::{BTreeMap, BTreeSet};
+use crate::common::program::{fails, leadlag, ok, rows_of, scratch, stderr, stdout, succeeds, text};
+use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -31,13 +31,8 @@ fn file(folder: &Path, name: &str, content: &str) -> PathBuf {
     path
 }
 
-/// Rows by column; no two columns have one name.
 fn rows(folder: &Path) -> Vec<BTreeMap<String, String>> {
-    let mut reader = csv::Reader::from_path(folder.join("parameters.csv")).expect("it was written");
-    let names: Vec<String> = reader.headers().expect("a header").iter().map(str::to_owned).collect();
-    assert_eq!(names.iter().collect::<BTreeSet<_>>().len(), names.len(), "{names:?}");
-    let row = |row: csv::StringRecord| names.iter().cloned().zip(row.iter().map(str::to_owned)).collect();
-    reader.records().map(|record| row(record.expect("a row"))).collect()
+    rows_of(&folder.join("parameters.csv"))
 }
 
 const SETTINGS: [&str; 6] = ["--bounds", "human", "--gof", "nrmse-s", "--max-evaluations", "400"];

@@ -1,11 +1,11 @@
 //! The use of a finished fleet: scores on other drives by `evaluate`, a result of each pair, simulations of some drivers.
 
 use super::fleet::{HEADER, drives};
-use crate::common::program::{fails, ok, scratch, stderr, stdout, succeeds, text};
+use crate::common::program::{fails, json_of, ok, rows_of, scratch, stderr, stdout, succeeds, text};
 use crate::common::tolerance::WHOLE_RUN;
 use std::collections::BTreeMap;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 const MODELS: [&str; 4] = ["--model", "idm", "--model", "idm+delay"];
 
@@ -17,11 +17,6 @@ fn fleet(name: &str, more: &[&str]) -> (PathBuf, PathBuf) {
     let words = ["calibrate", text(&table), "--all", "--bounds", "human", "--out", text(&out)];
     ok(&[&words[..], &MODELS, more].concat());
     (out, table)
-}
-
-fn rows(path: &Path) -> Vec<BTreeMap<String, String>> {
-    let mut reader = csv::Reader::from_path(path).expect("it was written");
-    reader.deserialize().map(|row| row.expect("a row")).collect()
 }
 
 fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
@@ -41,7 +36,7 @@ fn a_fleet_keeps_its_car_and_the_treatment_of_its_data() {
     let scored = folder.join("scores.csv");
     let evaluate = [&["evaluate", text(&out), "--out", text(&scored)][..], &level].concat();
     assert!(!stderr(&succeeds(&evaluate)).contains("prepared differently"));
-    for row in rows(&scored) {
+    for row in rows_of(&scored) {
         assert!((number(&row, "calib_cost") / number(&row, "score") - 1.0).abs() < WHOLE_RUN, "{row:?}");
     }
     let simulate = ["simulate", text(&table), "--result", text(&out), "--trajectory", "1"];
@@ -49,7 +44,7 @@ fn a_fleet_keeps_its_car_and_the_treatment_of_its_data() {
     assert!(stdout(&succeeds(&simulate)).contains("NRMSE(s,v,a)"));
     // Another car has other scores, and another treatment other data.
     ok(&[&evaluate[..], &["--vehicle", "audi_a8"]].concat());
-    assert!(rows(&scored).iter().any(|row| (number(row, "calib_cost") / number(row, "score") - 1.0).abs() > 1e-4));
+    assert!(rows_of(&scored).iter().any(|row| (number(row, "calib_cost") / number(row, "score") - 1.0).abs() > 1e-4));
     for given in [&evaluate[..], &simulate] {
         let said = stderr(&succeeds(&[given, &["--smooth"]].concat()));
         assert!(said.contains("calibrated on data prepared differently: not smoothed"), "{said}");
@@ -74,7 +69,7 @@ fn a_fleet_is_evaluated_on_its_own_drives_and_on_others() {
     let scored = fleet.with_file_name("scores.csv");
     // Bounds and convention are those of the fleet: another bound of the delay scores another window.
     ok(&["evaluate", text(&fleet), "--out", text(&scored)]);
-    let found = rows(&scored);
+    let found = rows_of(&scored);
     assert_eq!(found.len(), 6);
     for row in &found {
         let (score, expected) = (number(row, "calib_cost"), number(row, "score"));
@@ -92,7 +87,7 @@ fn a_fleet_is_evaluated_on_its_own_drives_and_on_others() {
     let words = ["evaluate", text(&fleet), "--data", text(&other), "--columns", text(&map), "--out", text(&scored)];
     let said = stderr(&succeeds(&words));
     assert!(said.contains("no trajectory 0; the file has 1, 2"), "{said}");
-    let found = rows(&scored);
+    let found = rows_of(&scored);
     let simulated: Vec<&str> = found.iter().map(|row| row["success"].as_str()).collect();
     assert_eq!(simulated, ["0", "0", "1", "1", "1", "1"]);
     // A column of the user's table names the trajectory.
@@ -106,7 +101,7 @@ fn a_fleet_is_evaluated_on_its_own_drives_and_on_others() {
     };
     case(",trajectory", ",1");
     ok(&["evaluate", text(&cases), "--data", text(&table), "--out", text(&scored)]);
-    assert_eq!(rows(&scored)[0]["success"], "1");
+    assert_eq!(rows_of(&scored)[0]["success"], "1");
     case("", "");
     let (code, said) = fails(&["evaluate", text(&cases), "--data", text(&table), "--out", text(&scored)]);
     assert!(code == 1 && said.contains("in the column trajectory, such as 0"), "{said}");
@@ -176,13 +171,9 @@ fn changes_to_many_drives_are_shown_on_demand() {
 #[test]
 fn each_pair_has_a_result_on_demand() {
     let (fleet, table) = fleet("each", &["--each"]);
-    let json = |path: &Path| -> serde_json::Value {
-        let text = fs::read_to_string(path).unwrap_or_else(|e| panic!("{}: {e}", path.display()));
-        serde_json::from_str(&text).expect("JSON")
-    };
-    for (row, folder) in rows(&fleet.join("parameters.csv")).iter().zip([0, 0, 1, 1, 2, 2]) {
+    for (row, folder) in rows_of(&fleet.join("parameters.csv")).iter().zip([0, 0, 1, 1, 2, 2]) {
         let own = fleet.join(format!("each/pairs_follower1_trajectory{folder}")).join(&row["model"]);
-        let result = json(&own.join("result.json"));
+        let result = json_of(own.join("result.json"));
         assert_eq!(result["score"]["nrmse_sva"].as_f64(), Some(number(row, "score")));
         assert_eq!(result["parameters"]["t_h"].as_f64(), Some(number(row, "t_h_s")));
         assert!(own.join("simulation.csv").is_file() && own.join("plot.svg").is_file());
@@ -191,8 +182,8 @@ fn each_pair_has_a_result_on_demand() {
     let words = ["calibrate", text(&table), "--trajectory", "1", "--bounds", "human", "--max-evaluations", "10000"];
     ok(&[&words[..], &["--model", "idm", "--out", text(&alone)]].concat());
     let own = fleet.join("each/pairs_follower1_trajectory1/idm/result.json");
-    assert_eq!(json(&own)["parameters"], json(&alone.join("result.json"))["parameters"]);
-    assert_eq!(json(&own)["intervals"], json(&alone.join("result.json"))["intervals"]);
+    assert_eq!(json_of(&own)["parameters"], json_of(alone.join("result.json"))["parameters"]);
+    assert_eq!(json_of(&own)["intervals"], json_of(alone.join("result.json"))["intervals"]);
     ok(&["report", text(own.parent().expect("a folder")), "--out", text(&fleet.with_file_name("page.html"))]);
     // The fleet beside it stays complete.
     ok(&["report", text(&fleet), "--out", text(&fleet.with_file_name("fleet.html"))]);
@@ -213,8 +204,7 @@ fn a_law_that_collides_on_what_was_held_back_is_not_chosen() {
         ok(&[&words[..], &["--holdout", "0.3", "--max-evaluations", "3000", "--no-intervals", "--out", text(&out)]]
             .concat());
     assert!(said.contains("idm follows these drivers best"), "{said}");
-    let file: serde_json::Value =
-        serde_json::from_str(&fs::read_to_string(out.join("fleet.json")).expect("written")).expect("JSON");
+    let file = json_of(out.join("fleet.json"));
     let of = |key: &str| [0, 1].map(|k| file["overview"][k][key].clone());
     assert_eq!(of("failed"), [serde_json::json!(4), serde_json::Value::Null], "{file}");
     assert_eq!(of("chosen"), [false, true].map(serde_json::Value::from));

@@ -1,7 +1,7 @@
 //! Malicious files and environments: each ends in a message, in bounded memory, never in a panic or a signal.
 
 use crate::common::parquet_table::table;
-use crate::common::program::{fails, ok, scratch, stderr, text};
+use crate::common::program::{fails, json_of, ok, scratch, stderr, text};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -69,7 +69,7 @@ fn a_result_that_contradicts_itself_is_refused() {
         ),
     ];
     let (file, fit) = (calibrated().join("platoon.csv"), calibrated().join("fit"));
-    let result: Value = serde_json::from_slice(&fs::read(fit.join("result.json")).unwrap()).unwrap();
+    let result = json_of(fit.join("result.json"));
     for (name, change, expected) in changes {
         let folder = scratch("hostile", name);
         let (changed, page) = (folder.join("result.json"), folder.join("page.html"));
@@ -135,7 +135,7 @@ fn tables_without_line_ends_are_not_read_to_their_end() {
 #[test]
 fn a_page_of_many_replicates_is_made_in_seconds() {
     let folder = scratch("hostile", "replicates");
-    let mut result: Value = serde_json::from_slice(&fs::read(calibrated().join("fit/result.json")).unwrap()).unwrap();
+    let mut result = json_of(calibrated().join("fit/result.json"));
     let mut one = result["replicates"][0].clone();
     one["convergence"] = json!([[10, 0.5]]);
     let all = (0..40_000).map(|number| {

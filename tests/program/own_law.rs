@@ -1,14 +1,14 @@
 //! A user's law in a file can do everything that a base model of the paper can.
 
-use crate::common::program::{fails, ok, scratch, text};
+use crate::common::program::{fails, json_of, ok, scratch, text};
 use crate::common::tolerance::WHOLE_RUN;
 use leadlag::{Calibration, Fit, Law, Study, read, synthetic};
 use serde_json::Value;
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// The full velocity difference model (Jiang, Wu, Zhu 2001), as a user would write it.
-const FVDM: &str = "//! Full velocity difference model with a linear optimal speed.
+pub const FVDM: &str = "//! Full velocity difference model with a linear optimal speed.
 struct Parameters {
     v_0: f32,
     d_0: f32,
@@ -58,10 +58,6 @@ fn drive(name: &str, duration: &str) -> Drive {
     Drive { file: folder.join("pair_follower1.csv"), folder, law }
 }
 
-fn json(file: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(file).expect("it was written")).expect("JSON")
-}
-
 #[test]
 fn it_is_calibrated_and_its_result_needs_no_file() {
     let Drive { folder, file, law } = drive("calibrated", "60");
@@ -70,7 +66,7 @@ fn it_is_calibrated_and_its_result_needs_no_file() {
     let words = ["--model", &model, "--bounds", "human", "--max-evaluations", "2000", "--out", text(&out)];
     let told = ok(&[&["calibrate", text(&file)][..], &words].concat());
     assert!(told.contains("my_fvdm+delay+linear") && told.contains("rate of the relaxation"), "{told}");
-    let result = json(&out.join("result.json"));
+    let result = json_of(out.join("result.json"));
     // The parameters of the paper that it names, those of the parts, and its own; all of them are read.
     let names: Vec<&str> = result["parameters"].as_object().expect("a table").keys().map(String::as_str).collect();
     assert_eq!(names, ["v_0", "d_0", "t_h", "tau_p", "tau_a", "kappa", "lambda"]);
@@ -219,7 +215,7 @@ fn it_is_diagnosed() {
     let words = ["--base", text(&law), "--bounds", "human", "--effort", "quick", "--out", text(&out)];
     let told = ok(&[&["diagnose", "--data", text(&file)][..], &words].concat());
     assert!(told.contains("my_fvdm"), "{told}");
-    let diagnosis = json(&out.join("diagnosis.json"));
+    let diagnosis = json_of(out.join("diagnosis.json"));
     let base = &diagnosis["base"];
     assert_eq!((&base["variant"], &base["extensions"]), (&Value::from("my_fvdm"), &serde_json::json!([])));
     let names: Vec<&str> =

@@ -2,6 +2,7 @@
 //! verbs that use its result. Pairs that contradict each other are refused.
 
 use super::fleet::drives;
+use super::own_law::FVDM;
 use crate::common::program::{leadlag, ok, scratch, stderr, text};
 use crate::common::sample;
 use std::fs;
@@ -15,21 +16,6 @@ time = { name = \"clock\", unit = \"s\" }
 speed = { name = \"v\", unit = \"km/h\" }
 lead_speed = { name = \"v_lead\", unit = \"km/h\" }
 gap = { name = \"gap\", unit = \"m\" }
-";
-
-const LAW: &str = "struct Parameters {
-    v_0: f32,
-    d_0: f32,
-    t_h: f32,
-    /// rate of the relaxation to the optimal speed [1/s], 0.01 to 3
-    kappa: f32,
-    /// gain for the speed difference [1/s], 0 to 3
-    lambda: f32,
-}
-fn my_law_law(own: Parameters, x: Perceived) -> f32 {
-    let optimal = clamp((x.s - own.d_0) / own.t_h, 0.0, own.v_0);
-    return own.kappa * (optimal - x.v_f) + own.lambda * (x.v_l - x.v_f);
-}
 ";
 
 const CAUSE: &str = "struct Parameters {
@@ -86,7 +72,8 @@ fn files(folder: &Path) {
         *to += &format!("{},{},{:.4},{:.4},{}\n", field[0], field[1], kmh(9), kmh(5), field[11]);
     }
     let bounds = "v_0 = [15, 45]\n".to_owned();
-    let [map, law, cause] = [MAP, LAW, CAUSE].map(str::to_owned);
+    let [map, cause] = [MAP, CAUSE].map(str::to_owned);
+    let law = FVDM.replace("my_fvdm", "my_law");
     for (name, content) in [
         ("pairs.csv", pairs),
         ("other.csv", other),

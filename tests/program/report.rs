@@ -1,6 +1,6 @@
 //! Output for people: the demo, which reads files only and reports honestly whether it found the hidden effect; pages and text charts.
 
-use crate::common::program::{fails, leadlag, ok, scratch, stderr, succeeds, text};
+use crate::common::program::{fails, json_of, leadlag, ok, scratch, stderr, succeeds, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -18,10 +18,6 @@ fn demo(hide: &str, seconds: u32) -> (String, PathBuf) {
     (said, folder)
 }
 
-fn json(path: &Path) -> Value {
-    serde_json::from_str(&fs::read_to_string(path).expect("written")).expect("JSON")
-}
-
 /// The last lines agree with the files, and the report carries the diagnosis.
 fn check_ending(said: &str, folder: &Path) -> Value {
     let ending = said.split("== Planted effect and result").nth(1).expect("an ending");
@@ -36,7 +32,7 @@ fn check_ending(said: &str, folder: &Path) -> Value {
     ] {
         assert!(ending.contains(words), "{words}: {said}");
     }
-    let diagnosis = json(&folder.join("diagnosis").join("diagnosis.json"));
+    let diagnosis = json_of(folder.join("diagnosis").join("diagnosis.json"));
     let page = fs::read_to_string(folder.join("report.html")).expect("written");
     let reason = diagnosis["reason"].as_str().expect("a sentence");
     assert!(page.contains(&reason.replace('<', "&lt;").replace('>', "&gt;")) && page.len() < 5_000_000, "{reason}");
@@ -63,8 +59,8 @@ fn found(hide: &str, seconds: u32) {
     }
     // The extended model was calibrated on the same stretch, and both were tested on the rest.
     let [base, extended] = ["base", "extended"].map(|model| {
-        let result = json(&folder.join(model).join("result.json"));
-        let run = json(&folder.join(format!("{model}_held_back.json")));
+        let result = json_of(folder.join(model).join("result.json"));
+        let run = json_of(folder.join(format!("{model}_held_back.json")));
         let (trained, held) = (&result["data"][0]["window_s"], run["runs"][0]["preparation"].to_string());
         assert_eq!(
             (trained[0].as_f64(), trained[1].as_f64()),
@@ -104,7 +100,7 @@ fn go_on(folder: &Path, causes: &Value, on: &str, trained: &Value) {
     assert!(output.status.success(), "{command}\n{}", String::from_utf8_lossy(&output.stderr));
     let warned = String::from_utf8_lossy(&output.stderr);
     assert!(!warned.contains("changes nothing: variant idm+grade"), "{warned}");
-    let result = json(&folder.join("diagnosis").join("extended").join("result.json"));
+    let result = json_of(folder.join("diagnosis").join("extended").join("result.json"));
     assert_eq!((&result["data"][0]["window_s"], result["data"][0]["follower"].as_u64()), (trained, Some(1)));
     let names = |list: &Value| -> Vec<String> {
         list.as_array().expect("a list").iter().map(|one| one["name"].as_str().expect("a name").to_owned()).collect()

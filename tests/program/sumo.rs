@@ -1,32 +1,22 @@
 //! `leadlag export sumo`: the vehicle type, the parts that cannot be exported, and SUMO itself beside leadlag, if it is installed
 //! (`scripts/check-sumo` installs it and runs this file).
 
-use crate::common::program::{leadlag, ok, text};
+use crate::common::program::{json_of, leadlag, ok, scratch, synth, text};
 use leadlag::internal::optimize::{normal, stream};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
-use std::sync::OnceLock;
 
-fn scratch() -> PathBuf {
-    Path::new(env!("CARGO_TARGET_TMPDIR")).join("sumo")
-}
-
-/// A short drive with stops, made once.
-fn pair() -> &'static Path {
-    static FILE: OnceLock<PathBuf> = OnceLock::new();
-    FILE.get_or_init(|| {
-        let folder = scratch().join("drive");
-        let _ = fs::remove_dir_all(scratch());
-        ok(&["synth", "--out", text(&folder), "--duration", "120", "--pairs"]);
-        folder.join("pair_follower1.csv")
-    })
+/// A short drive with stops.
+fn pair() -> PathBuf {
+    synth(120).join("pair_follower1.csv")
 }
 
 /// `test` keeps tests that calibrate the same variant apart.
 fn calibrated(test: &str, model: &str, extra: &[&str]) -> PathBuf {
-    let file = text(pair());
-    let folder = scratch().join(format!("{test}_{}", model.replace('+', "_")));
+    let pair = pair();
+    let file = text(&pair);
+    let folder = scratch("sumo", &format!("{test}_{}", model.replace('+', "_")));
     let arguments =
         ["calibrate", file, "--model", model, "--max-evaluations", "200", "--no-intervals", "--optimizer", "ga"];
     ok(&[&arguments[..], extra, &["--out", text(&folder)]].concat());
@@ -51,7 +41,7 @@ fn sumo(test: &str) -> bool {
 fn a_type_has_the_parameters_and_says_what_it_has_not() {
     let folder = calibrated("type", "idm+delay+linear", &["--fix", "tau_p=0.3", "--fix", "v_0=31.5"]);
     let exported = json(&["export", "sumo", text(&folder), "--no-run"]);
-    let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
+    let result = json_of(folder.join("result.json"));
     let attribute = |name: &str| exported["attributes"][name].as_str().unwrap().parse::<f64>().unwrap();
     let parameter = |name: &str| result["parameters"][name].as_f64().unwrap();
     for (attribute, parameter) in [
@@ -100,7 +90,7 @@ fn fleet() -> PathBuf {
             table += &format!("{who},{t},{v_l},{v},{gap}\n");
         }
     }
-    let folder = scratch().join("fleet");
+    let folder = scratch("sumo", "fleet");
     fs::create_dir_all(&folder).expect("writable");
     let map = "rows = \"pairs\"\ncheck_units = false\n[columns]\ntime = { name = \"time_s\" }\nspeed = { name = \"speed_mps\" }\n\
                lead_speed = { name = \"lead_speed_mps\" }\ngap = { name = \"spacing_m\" }\ngroup = { name = \"who\" }\n";
@@ -197,7 +187,7 @@ fn an_export_that_fails_changes_nothing() {
     ok(&["export", "sumo", text(&folder), "--no-run"]);
     let before = fs::read(sumo.join("vtype.add.xml")).expect("it was exported");
     // Another result, and a SUMO that ends as soon as it must drive.
-    calibrated("failing", "l-cth", &[]);
+    let other = calibrated("failing", "l-cth", &[]).join("result.json");
     let program = folder.join("ends");
     fs::write(
         &program,
@@ -205,7 +195,6 @@ fn an_export_that_fails_changes_nothing() {
     )
     .expect("writable");
     fs::set_permissions(&program, fs::Permissions::from_mode(0o755)).expect("it is ours");
-    let other = scratch().join("failing_l-cth/result.json");
     let output = leadlag(&["export", "sumo", text(&other), "--sumo", text(&program), "--out", text(&sumo)]);
     let message = String::from_utf8(output.stderr).expect("UTF-8");
     assert!(output.status.code() == Some(1) && message.contains("SUMO ended early: no licence"), "{message}");
@@ -276,7 +265,7 @@ fn the_acc_of_sumo_keeps_a_larger_gap_at_low_speed_as_is_said() {
     // The margin is 2 m at most; braking and starting overshoot it a little.
     assert!((1.0..3.0).contains(&largest), "spacing: {largest} m");
     // Every step of SUMO follows Eq. 6 with the margin that docs/SUMO.md states: nothing else is lost.
-    let result: Value = serde_json::from_slice(&fs::read(folder.join("result.json")).unwrap()).unwrap();
+    let result = json_of(folder.join("result.json"));
     let [k_s, k_v, k_0, v_0, d_0, t_h] =
         ["k_s", "k_v", "k_0", "v_0", "d_0", "t_h"].map(|name| result["parameters"][name].as_f64().unwrap());
     let mut reader = csv::Reader::from_path(folder.join("sumo/comparison.csv")).unwrap();
@@ -328,7 +317,7 @@ fn what_is_lost_is_measured_and_written() {
     let printed = ok(&["export", "sumo", text(&folder)]);
     assert!(printed.contains("not exported: the perception delay, tau_p = 0.5000 s"), "{printed}");
     assert!(printed.contains("NRMSE(s,v,a) against the measured car: leadlag "), "{printed}");
-    let written: Value = serde_json::from_slice(&fs::read(folder.join("sumo/loss.json")).unwrap()).unwrap();
+    let written = json_of(folder.join("sumo/loss.json"));
     let rms = written["loss"][0]["speed_mps"]["rms"].as_f64().unwrap();
     assert!((0.01..2.0).contains(&rms), "half a second of delay is worth {rms} m/s");
     assert!(folder.join("sumo/demand.rou.xml").exists() && folder.join("sumo/road.net.xml").exists());

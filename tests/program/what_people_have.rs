@@ -1,7 +1,7 @@
 //! Files in the form in which users have them: their content as read, and the messages. Synthetic drives, written here.
 
 use crate::common::parquet_table::parquet;
-use crate::common::program::{fails, leadlag, scratch, stderr, stdout, succeeds, text};
+use crate::common::program::{fails, json, leadlag, scratch, stderr, stdout, succeeds, text};
 use leadlag::internal::trajectory::import::ColumnMap;
 use std::fmt::Write as _;
 use std::fs;
@@ -164,7 +164,7 @@ fn the_pieces_of_a_table_are_calibrated_jointly_or_one_by_one() {
     let (fit, out) = (folder.join("each/table_follower1_trajectory1"), folder.join("out"));
     let again =
         ["simulate", text(&table), "--result", text(&fit), "--trajectory", "0,1", "--json", "--out", text(&out)];
-    let said: serde_json::Value = serde_json::from_str(&stdout(&succeeds(&again))).unwrap();
+    let said = json(&again);
     let ids: Vec<&str> =
         said["runs"].as_array().unwrap().iter().map(|run| run["trajectory"].as_str().unwrap()).collect();
     assert_eq!(ids, ["0", "1"]);

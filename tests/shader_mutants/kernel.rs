@@ -106,7 +106,7 @@ impl Scenes {
         let first = self.noticed.as_ref().filter(near).map(|(_, _, scene)| *scene);
         let others = (0..self.all.len()).filter(|scene| Some(*scene) != first);
         for number in first.into_iter().chain(others) {
-            let verdict = self.all[number].verdict(&mutant.file, &mutant.text);
+            let verdict = self.all[number].verdict(&mutant.file, &mutant.made);
             if verdict.is_err() {
                 self.noticed = Some((mutant.file.clone(), mutant.line, number));
                 return verdict;

@@ -1,20 +1,7 @@
 //! Every small change of a WGSL text, one at a time.
 
-/// One change of one place.
-#[derive(Debug, Clone)]
-pub struct Mutant {
-    /// Such as `shaders/controller/idm.wgsl`.
-    pub file: String,
-    /// Line and column, from 1.
-    pub line: usize,
-    pub column: usize,
-    /// The line as written, trimmed.
-    pub source: String,
-    /// Such as `< -> <=`; the second one of its kind on a line is followed by ` (2)`, and so on.
-    pub change: String,
-    /// The whole file with the change.
-    pub text: String,
-}
+/// A change, with the whole file that has it; files such as `shaders/controller/idm.wgsl`.
+pub type Mutant = crate::common::mutant::Mutant<String>;
 
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Kind {
@@ -126,7 +113,7 @@ pub fn mutants(file: &str, text: &str) -> Vec<Mutant> {
         };
         let source = text.lines().nth(line - 1).expect("the token is on a line").trim().to_owned();
         let text = format!("{before}{new}{}", &text[end..]);
-        found.push(Mutant { file: file.to_owned(), line, column, source, change, text });
+        found.push(Mutant { file: file.to_owned(), line, column, source, change, made: text });
     };
     // Depth of `<` that belong to types, whose `>` are not comparisons, and of `@attribute(...)`.
     let (mut types, mut attribute_until) = (0, 0);
@@ -252,6 +239,6 @@ fn the_changes_of_a_text() {
     ];
     let expected: Vec<(usize, usize, String)> = expected.iter().map(|(c, m)| (4, *c, (*m).to_owned())).collect();
     assert_eq!(changes, expected);
-    let swapped = &mutants("f.wgsl", text)[0].text;
+    let swapped = &mutants("f.wgsl", text)[0].made;
     assert!(swapped.contains("select(max(x.y, 0.0) * 2.5e-1, -x.x, x.x <= 1e-3)"), "{swapped}");
 }

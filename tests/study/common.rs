@@ -1,9 +1,10 @@
 //! A tiny study and helpers for it.
 
 #[path = "../common/program.rs"]
+#[allow(dead_code, reason = "every test program uses some of it")]
 mod program;
 
-pub use program::{fails, leadlag, ok, stderr, text};
+pub use program::{fails, json, json_of, leadlag, ok, rows_in, stderr, text};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

@@ -3,7 +3,7 @@
 use super::common::{
     expected, fails, files, merged, number_before, ok, part_names, plan_text, planned, same, small, text,
 };
-use super::common::{leadlag, stderr};
+use super::common::{json, leadlag, stderr};
 use leadlag::internal::study::part::Part;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -19,7 +19,7 @@ fn finished(name: &str) -> (PathBuf, Vec<PathBuf>) {
 }
 
 fn status(study: &Path) -> serde_json::Value {
-    serde_json::from_str(&ok(&["study", "status", text(study), "--json"])).expect("status writes JSON")
+    json(&["study", "status", text(study), "--json"])
 }
 
 #[test]

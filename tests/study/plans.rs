@@ -1,6 +1,6 @@
 //! Plans: their studies, and the messages about invalid ones.
 
-use super::common::{data, fails, leadlag, ok, plan_text, scratch, stderr, text};
+use super::common::{data, fails, json_of, leadlag, ok, plan_text, scratch, stderr, text};
 use leadlag::internal::study::{Plan, Study};
 use std::collections::BTreeSet;
 use std::fs;
@@ -291,7 +291,7 @@ fn a_table_with_a_column_map_gives_the_pair_that_the_plan_names() {
     let arguments = plan(&format!("{own}\ntrajectory = \"3-2\""));
     ok(&arguments.each_ref().map(String::as_str));
     ok(&["study", "run", text(&out)]);
-    let study: serde_json::Value = serde_json::from_slice(&fs::read(out.join("study.json")).unwrap()).unwrap();
+    let study = json_of(out.join("study.json"));
     assert_eq!(
         (study["drives"][0]["samples"].as_u64(), study["drives"].as_array().map(Vec::len)),
         (Some(600), Some(1))

@@ -1,18 +1,9 @@
 //! The report: its numbers follow from the tables of the study, beside the paper's.
 
-use super::common::{fails, files, ok, part_names, plan_text, planned, same, text};
+use super::common::{fails, files, ok, part_names, plan_text, planned, rows_in, same, text};
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::PathBuf;
-
-type Rows = Vec<HashMap<String, String>>;
-
-fn read(bytes: &[u8]) -> Rows {
-    let mut reader = csv::Reader::from_reader(bytes);
-    let headers: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
-    let fields = |record: csv::StringRecord| record.iter().map(str::to_owned).collect::<Vec<_>>();
-    reader.records().map(|record| headers.iter().cloned().zip(fields(record.unwrap())).collect()).collect()
-}
 
 /// Followers 1 and 2 of two platoons, the IDM with and without the paper's additions, and the base model of another class.
 fn finished(name: &str) -> PathBuf {
@@ -30,7 +21,7 @@ fn reported(study: &std::path::Path, further: &[&str]) -> BTreeMap<String, Vec<u
     files(&study.join("report"))
 }
 
-fn number(row: &HashMap<String, String>, column: &str) -> f64 {
+fn number(row: &BTreeMap<String, String>, column: &str) -> f64 {
     row[column].parse().unwrap_or_else(|_| panic!("{column}: {:?}", row[column]))
 }
 
@@ -51,10 +42,11 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
     assert_eq!(names, expected);
     assert!(String::from_utf8_lossy(&report["figure5.svg"]).contains("highest"), "of all five variants");
     ok(&["study", "merge", text(&study)]);
-    let calibrations = read(&fs::read(study.join("merged/calibrations.csv")).unwrap());
-    let validations = read(&fs::read(study.join("merged/validations.csv")).unwrap());
-    let best: Rows = calibrations.iter().filter(|row| row["is_best"] == "true").cloned().collect();
-    let at = |row: &HashMap<String, String>| (row["platoon"].clone(), row["follower_position"].clone());
+    let calibrations = rows_in(&fs::read(study.join("merged/calibrations.csv")).unwrap());
+    let validations = rows_in(&fs::read(study.join("merged/validations.csv")).unwrap());
+    let best: Vec<BTreeMap<String, String>> =
+        calibrations.iter().filter(|row| row["is_best"] == "true").cloned().collect();
+    let at = |row: &BTreeMap<String, String>| (row["platoon"].clone(), row["follower_position"].clone());
 
     // Table 4 by hand: Eq. 19, then the median over the trajectories.
     let mut lowest: HashMap<_, f64> = HashMap::new();
@@ -67,7 +59,7 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
         own.map(|row| number(row, "score") / lowest[&at(row)] - 1.0).collect::<Vec<_>>()
     };
     let base = median(normalized("idm"));
-    let four = read(&report["table4.csv"]);
+    let four = rows_in(&report["table4.csv"]);
     assert_eq!(four.len(), 5);
     for row in &four {
         let found = median(normalized(&row["variant"]));
@@ -82,9 +74,9 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
     assert_eq!(four[0]["paper_change_percent"], "", "a base model is compared with nothing");
 
     // Table 5: the change of RMSE(s) in calibration and validation, and the collisions.
-    let five = read(&report["table5.csv"]);
+    let five = rows_in(&report["table5.csv"]);
     for row in five.iter().filter(|row| row["variant"].starts_with("idm+")) {
-        let change = |rows: &Rows, keys: &[&str], all: bool| {
+        let change = |rows: &[BTreeMap<String, String>], keys: &[&str], all: bool| {
             let of = |variant: &str| {
                 let own = rows.iter().filter(|r| r["variant"] == variant);
                 own.map(|r| (keys.iter().map(|k| r[*k].clone()).collect::<Vec<_>>(), r["rmse_s_m"].parse::<f64>().ok()))
@@ -155,7 +147,7 @@ fn numbers_follow_from_the_tables_and_stand_beside_the_papers() {
         let (from, on) = (word("calibrated_on"), word("simulated_on"));
         let follower = cross["calibrated_follower"].to_string();
         let is_from =
-            |row: &&HashMap<String, String>| (&row["platoon"], &row["follower_position"]) == (&from, &follower);
+            |row: &&BTreeMap<String, String>| (&row["platoon"], &row["follower_position"]) == (&from, &follower);
         let column = "nrmse_sva";
         let values: Vec<f64> = if from == on && cross["calibrated_follower"] == cross["simulated_follower"] {
             best.iter().filter(is_from).map(|row| number(row, column)).collect()
@@ -230,7 +222,7 @@ fn a_study_of_another_goodness_of_fit_is_not_put_beside_the_papers_numbers() {
     for (name, column) in
         [("table4.csv", "paper_median"), ("table5.csv", "paper_collisions"), ("figure6.csv", "paper_median")]
     {
-        let rows = read(&report[name]);
+        let rows = rows_in(&report[name]);
         assert!(rows.len() == 3 && rows.iter().all(|row| row[column].is_empty()), "{name}: {rows:?}");
     }
     let summary = String::from_utf8(report["report.md"].clone()).unwrap();

@@ -1,7 +1,7 @@
 //! The tables are those of docs/STUDY.md.
 
-use super::common::{expected, ok, small, text};
-use std::collections::HashMap;
+use super::common::{expected, ok, rows_in, small, text};
+use std::collections::{BTreeMap, HashMap};
 
 const DOCUMENT: &str = include_str!("../../docs/STUDY.md");
 
@@ -19,16 +19,12 @@ fn documented(heading: &str) -> Vec<String> {
 }
 
 /// Fields by column.
-type Row = HashMap<String, String>;
+type Row = BTreeMap<String, String>;
 
 fn read(name: &str) -> (Vec<String>, Vec<Row>) {
     let mut reader = csv::Reader::from_reader(expected()[name].as_slice());
     let headers: Vec<String> = reader.headers().unwrap().iter().map(str::to_owned).collect();
-    let rows = reader.records().map(|record| {
-        let record = record.expect("every row has every field");
-        headers.iter().cloned().zip(record.iter().map(str::to_owned)).collect()
-    });
-    (headers.clone(), rows.collect())
+    (headers, rows_in(&expected()[name]))
 }
 
 #[test]

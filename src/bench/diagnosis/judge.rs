@@ -25,7 +25,6 @@ const UNDIAGNOSED: &str = "undiagnosed";
 /// Outcome of a case.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DiagnosisOutcome {
-    /// The program.
     pub program: String,
     /// The case.
     pub task: DiagnosisTask,
@@ -33,7 +32,6 @@ pub struct DiagnosisOutcome {
     pub truth: BTreeMap<String, f64>,
     /// The verdict; `failed` if the drives could not be made, `undiagnosed` if the diagnosis ended in an error.
     pub verdict: String,
-    /// The reason.
     pub reason: String,
     /// Adopted causes; they are names only if the verdict says so.
     pub adopted: Vec<String>,

@@ -100,7 +100,6 @@ pub struct Silence {
     pub median: f64,
     /// Exceeded by one drive in twenty.
     pub one_in_twenty: f64,
-    /// The highest.
     pub highest: f64,
 }
 

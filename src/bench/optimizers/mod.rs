@@ -42,9 +42,7 @@ pub struct OptimizerTask {
     pub platoon: u32,
     /// Follower, from 1.
     pub follower: usize,
-    /// The seed.
     pub seed: u64,
-    /// Replicates.
     pub replicates: u64,
     /// Largest number of evaluations of a replicate.
     pub max_evaluations: u64,
@@ -55,7 +53,6 @@ pub struct OptimizerTask {
 pub struct OptimizerOutcome {
     /// Version of the program and state of its search.
     pub program: String,
-    /// The task.
     pub task: OptimizerTask,
     /// Scores of the best candidates by the f64 reference; none if it fails there.
     pub scores: Vec<Option<f64>>,
@@ -90,7 +87,6 @@ pub struct SeedTarget {
     pub model_id: u32,
     /// NRMSE(s,v,a) to be reached.
     pub score: f64,
-    /// Evaluations.
     pub evaluations: u64,
     /// This many of ten seeds.
     pub of_ten: usize,
@@ -204,9 +200,6 @@ pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
 
 /// Runs the tasks that the journal lacks, and adds each to it. `program` is the executable that `wall` tasks start. `progress` receives the
 /// number of finished tasks, before every task and, except for `wall`, during it, and can stop the run: the present task is then not kept.
-///
-/// # Errors
-/// [`BenchError`].
 pub fn run_optimizers(
     shared: &Path,
     program: &Path,

@@ -1,8 +1,8 @@
 //! `leadlag bench diagnosis`: rates of right and wrong names.
 
-use super::super::number::whole;
 use super::super::{interrupt, output};
 use super::with_bar;
+use crate::api::values::whole;
 use crate::bench::Machine;
 use crate::bench::{
     DiagnosisReport, DiagnosisTask, Journal, LARGEST_SEED, SIZES, diagnose_task, diagnosis_tasks, infer_task,

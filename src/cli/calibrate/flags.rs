@@ -1,12 +1,12 @@
 //! The flags of `leadlag calibrate`.
 
 use super::super::Usage;
-use super::super::data::DataArgs;
 use super::super::evaluator::{EvaluatorArgs, warn};
-use super::super::number::{finite, seed, whole};
 use crate::api::Calibration;
 use crate::api::extension::extend;
 use crate::api::model::{known, model};
+use crate::api::reading::Reading;
+use crate::api::values::{finite, seed, whole};
 use crate::calibrate::{self, EVALUATIONS_MIN, OptimizerKind, REPLICATES_MAX, Stop};
 use crate::catalog::Variant;
 use crate::convention::Convention;
@@ -79,7 +79,7 @@ pub struct Args {
     #[command(flatten)]
     pub evaluator: EvaluatorArgs,
     #[command(flatten)]
-    pub data: DataArgs,
+    pub data: Reading,
 }
 
 /// Fewer than four parents breed nothing new.

@@ -15,15 +15,13 @@ use crate::evaluator::Evaluator;
 use crate::fleet::{self, Comparison, Held, Journal, Model, Pair, Row, Settings, driver};
 use crate::report::fleet::{FleetFile, text};
 use crate::report::{csv, parquet};
+use crate::text::shown::NAMED;
 use crate::trajectory::Trajectory;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::sync::Mutex;
 use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
-
-/// Largest number of ids in a message.
-const IDS_NAMED: usize = 5;
 
 const JOURNAL: &str = "journal.jsonl";
 const TABLES: [&str; 3] = ["parameters.csv", "parameters.parquet", "fits.csv"];
@@ -60,7 +58,7 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
         .map(|pair| (pair.name.as_str(), pair.drive.as_ref().ok().and_then(|drive| drive.trajectory.driver())));
     let comparison = fleet::compare(&pairs, &settings, &rows)?;
     let file = FleetFile::of(&pairs, &settings, &rows, &comparison, holdout, origin(&args.bounds, names));
-    let Reading { columns, vehicle, .. } = args.data.reading();
+    let Reading { columns, vehicle, .. } = args.data.clone();
     let file = FleetFile { columns, vehicle, ..file };
     write(&args.out, &file, &pairs, &settings, &rows, &comparison)?;
     output::print(&if args.json { file.to_json() } else { text(&file) })?;
@@ -76,10 +74,10 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
 
 /// The pairs of all files, and a description of the held-back data; warns about doubtful values.
 fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(Pairs, Option<String>)> {
-    let reading = args.data.reading();
+    let reading = &args.data;
     let needing = settings.models.iter().map(|model| &model.variant).find(|variant| variant.needs_vehicle());
     let of_files =
-        |files: &[PathBuf]| Pairs::of_files(&reading, files, args.follower.as_deref(), needing, &interrupt::asked);
+        |files: &[PathBuf]| Pairs::of_files(reading, files, args.follower.as_deref(), needing, &interrupt::asked);
     let mut pairs = of_files(files)?;
     pairs.besides().iter().chain(&pairs.doubtful()).for_each(|text| warn(text));
     let held = match HeldBack::of(&args.holdout, files)? {
@@ -98,7 +96,7 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
         Some((held, told)) => {
             let (usable, without) = (pairs.pairs.iter().filter(|pair| pair.drive.is_ok()).count(), pairs.hold(held));
             if usable > 0 && without == usable {
-                let ids: Vec<&str> = pairs.pairs.iter().filter_map(driver).take(IDS_NAMED).collect();
+                let ids: Vec<&str> = pairs.pairs.iter().filter_map(driver).take(NAMED).collect();
                 let message = format!(
                     "--holdout: {told} belong to none of the calibrated drivers, {}; drivers are matched by the name of the car, or \
                      else the id of the trajectory",
@@ -117,7 +115,7 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
     let usable = pairs.pairs.iter().filter_map(|pair| pair.drive.as_ref().ok());
     let trajectories: Vec<&Trajectory> = usable.map(|drive| &drive.trajectory).collect();
     for Model { variant, overrides } in &settings.models {
-        let said = warnings::of(&reading, variant, args.convention, overrides, &trajectories);
+        let said = warnings::of(reading, variant, args.convention, overrides, &trajectories);
         said.iter().for_each(|text| warn(text));
     }
     Ok((pairs, holdout))
@@ -149,7 +147,7 @@ fn each(
     pairs: &[Pair],
     rows: &[Row],
 ) -> anyhow::Result<()> {
-    let reading = args.data.reading();
+    let reading = &args.data;
     let needing = settings.models.iter().map(|model| &model.variant).find(|variant| variant.needs_vehicle());
     let load = |pair: &Pair| -> anyhow::Result<Option<Loaded>> {
         let Ok(drive) = &pair.drive else { return Ok(None) };

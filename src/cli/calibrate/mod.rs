@@ -7,12 +7,13 @@ pub mod write;
 
 pub use flags::Args;
 
-use super::evaluator::{BY_FLAGS, transcribed, warn};
+use super::evaluator::warn;
 use super::{folder, interrupt, is_usage, output};
 use crate::api::calibration::{Calibration, Prepared};
 use crate::api::error::Usage;
 use crate::api::fleet::{HeldBack, files};
 use crate::api::folds;
+use crate::api::model::{BY_FLAGS, transcribed};
 use crate::api::once::once;
 use crate::api::reading::{Input, Loaded, Reading};
 use crate::api::warnings;
@@ -74,7 +75,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     })?;
     let calibration = args.calibration(model)?;
     let trajectories: Vec<&Trajectory> = loaded.iter().map(|one| &one.trajectory).collect();
-    warnings::of(&args.data.reading(), &model, args.convention, &calibration.overrides()?, &trajectories)
+    warnings::of(&args.data, &model, args.convention, &calibration.overrides()?, &trajectories)
         .iter()
         .for_each(|text| warn(text));
     interrupt::watch();
@@ -110,7 +111,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 
 /// The trajectories of one file: the chosen one, or each requested one, or with --joint every one.
 fn load(args: &Args, file: &Path, model: &Variant) -> anyhow::Result<Vec<Loaded>> {
-    let reading = Reading { measure: Some(args.gof()?), ..args.data.reading() };
+    let reading = Reading { measure: Some(args.gof()?), ..args.data.clone() };
     let follower = args.follower.as_deref();
     if args.joint {
         return reading.joint(Input::File(file), follower, model, &mut |text| warn(&text));

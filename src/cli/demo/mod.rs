@@ -7,17 +7,17 @@ mod tell;
 
 pub use tell::quoted;
 
+use super::folder::read;
 use super::{Cli, output};
 use crate::api::extension::extend;
 use crate::diagnose::Verdict;
 use crate::diagnose::drive::TRAINED_ON;
 use crate::result::ResultFile;
 use crate::result::diagnosis::Outcome;
-use crate::text::bounded::{self, RESULT_MAX};
 use anyhow::Context;
 use clap::Parser;
 use drive::Hidden;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 /// Largest number of simulations of a calibration in the demo: about half of what the optimiser would use, and enough for six parameters.
 const EVALUATIONS: &str = "12000";
@@ -40,7 +40,7 @@ pub struct Args {
     #[arg(long, value_name = "CAUSE[:P=V,...]|none", default_value = "grade")]
     hide: Hidden,
     /// Seed of all random numbers
-    #[arg(long, default_value_t = 1, value_parser = super::number::seed, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 1, value_parser = crate::api::values::seed, allow_negative_numbers = true)]
     seed: u64,
     /// Length of the drive in s; a short one shows less
     #[arg(long, value_name = "S", default_value_t = 600.0, value_parser = duration)]
@@ -117,7 +117,7 @@ impl Demo {
         let words = ["diagnose", "--data", &platoon, "--follower", &self.follower, "--grade", &slope];
         let more = ["--base", BASE, "--effort", "quick", "--seed", &self.seed, "--out", &folder];
         self.command(&[&words[..], &ROAD, &more].concat(), Some("diagnosis.txt"))?;
-        let outcome = read(&self.folder.join("diagnosis").join("diagnosis.json"))?;
+        let outcome: Outcome = read(&self.folder.join("diagnosis").join("diagnosis.json"), "a diagnosis")?;
         tell::line(&tell::verdict(&outcome))?;
 
         let mut held_back = [None; 2];
@@ -175,9 +175,4 @@ impl Demo {
         self.command(&["report", &diagnosis, "-o", &page], None)?;
         Ok(page)
     }
-}
-
-fn read(path: &Path) -> anyhow::Result<Outcome> {
-    let text = bounded::read_to_string(path, RESULT_MAX).with_context(|| format!("{}: cannot read", path.display()))?;
-    Ok(serde_json::from_str(&text)?)
 }

@@ -1,11 +1,12 @@
 //! The command that calibrates the extended model of a diagnosis: on the training data, read and treated in the same way.
 
-use super::super::data::{DataArgs, ReconcileArg};
 use super::super::demo::quoted;
 use super::super::folder::RECOMMENDED_BOUNDS;
 use super::Args;
+use crate::api::reading::Reading;
 use crate::report::diagnosis::text::Again;
 use crate::result::diagnosis::{DataEntry, Outcome};
+use crate::trajectory::{Preparation, Reconcile};
 use crate::wgsl::extension_named;
 use std::path::Path;
 
@@ -59,23 +60,24 @@ fn on(trained: &[[f64; 2]], one_window: Option<&[f64; 2]>) -> String {
 }
 
 /// Options for reading and treating the data that the user has set.
-fn data_flags(data: &DataArgs, window: Option<&[f64; 2]>, flag: &mut impl FnMut(&str, Option<String>)) {
-    let DataArgs {
+fn data_flags(data: &Reading, window: Option<&[f64; 2]>, flag: &mut impl FnMut(&str, Option<String>)) {
+    let Reading {
         layout,
         columns,
         trajectory,
         segment,
         from,
         to,
-        max_gap,
+        max_gap_s,
         smooth,
-        resample,
+        resample_s,
         correct,
         reconcile,
         vehicle,
         grade,
-        lead_length,
-        lead_start,
+        lead_length_m,
+        lead_start_m,
+        measure: _,
     } = data;
     flag("layout", layout.map(|layout| layout.to_string()));
     flag("columns", columns.as_deref().map(quoted));
@@ -84,19 +86,19 @@ fn data_flags(data: &DataArgs, window: Option<&[f64; 2]>, flag: &mut impl FnMut(
     flag("segment", segment.filter(|_| window.is_none()).map(|k| k.to_string()));
     flag("from", window.map(|[from, _]| *from).or(*from).map(time));
     flag("to", window.map(|[_, to]| *to).or(*to).map(time));
-    flag("max-gap", (*max_gap != 1.0).then(|| max_gap.to_string()));
+    flag("max-gap", (*max_gap_s != Preparation::default().max_gap_s).then(|| max_gap_s.to_string()));
     if *smooth {
         flag("smooth", Some(String::new()));
     }
     if *correct {
         flag("correct", Some(String::new()));
     }
-    flag("resample", resample.map(|step| step.to_string()));
-    flag("reconcile", (*reconcile == ReconcileArg::Speeds).then(|| "speeds".to_owned()));
+    flag("resample", resample_s.map(|step| step.to_string()));
+    flag("reconcile", (*reconcile == Reconcile::Speeds).then(|| "speeds".to_owned()));
     flag("vehicle", vehicle.as_deref().map(quoted));
     flag("grade", grade.as_deref().map(quoted));
-    flag("lead-length", lead_length.map(|length| length.to_string()));
-    flag("lead-start", lead_start.map(|position| position.to_string()));
+    flag("lead-length", lead_length_m.map(|length| length.to_string()));
+    flag("lead-start", lead_start_m.map(|position| position.to_string()));
 }
 
 /// A built-in cause by its name, a user's by its file.

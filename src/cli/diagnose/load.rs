@@ -9,13 +9,13 @@ use std::path::Path;
 
 /// The drives of all files.
 pub fn load(args: &Args, variant: Variant) -> anyhow::Result<Loaded> {
-    let reading = args.prepare.reading();
+    let reading = &args.prepare;
     let (mut train, mut holdout) = (Vec::new(), Vec::new());
     for file in args.trained_on() {
-        train.extend(sources(args, &reading, file)?);
+        train.extend(sources(args, reading, file)?);
     }
     for file in &args.holdout {
-        holdout.extend(sources(args, &reading, file)?);
+        holdout.extend(sources(args, reading, file)?);
     }
     let loading = Loading { variant, data_only: args.data_only };
     loading.load(train, holdout, &mut |text| warn(&text))

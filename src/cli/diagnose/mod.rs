@@ -5,13 +5,14 @@ mod bar;
 mod load;
 pub mod write;
 
-use super::data::DataArgs;
 use super::evaluator::warn;
 use super::{Exit, Usage, folder, interrupt, output};
 use crate::api::bounds::read_bounds;
 use crate::api::diagnosis::{Asked, built_in};
 use crate::api::fleet::{Pairs, files};
 use crate::api::model::{known, model};
+use crate::api::reading::Reading;
+use crate::api::values::one_of;
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::describe::Diagnosis;
@@ -22,7 +23,6 @@ use crate::report::diagnosis::text;
 use crate::result::diagnosis::{Outcome, has_bad_data};
 use crate::text::spelling::did_you_mean;
 use crate::wgsl::read_extension;
-use clap::ValueEnum;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
@@ -60,10 +60,14 @@ pub struct Args {
     #[arg(long)]
     pub data_only: bool,
     /// Search effort
-    #[arg(long, value_enum, default_value_t = EffortArg::Normal)]
-    pub effort: EffortArg,
+    #[arg(long, default_value = "normal", value_parser = one_of(&[
+        ("quick", Effort::Quick, "About 20 s of CPU per drive of 15 minutes"),
+        ("normal", Effort::Normal, "Twice that"),
+        ("thorough", Effort::Thorough, "No time limit"),
+    ]))]
+    pub effort: Effort,
     /// Seed of all random numbers
-    #[arg(long, default_value_t = 1, value_parser = super::number::seed, allow_negative_numbers = true)]
+    #[arg(long, default_value_t = 1, value_parser = crate::api::values::seed, allow_negative_numbers = true)]
     pub seed: u64,
     /// A cause of your own, as a WGSL part; may be given several times
     #[arg(long, value_name = "FILE.wgsl", conflicts_with = "data_only")]
@@ -84,34 +88,18 @@ pub struct Args {
     #[arg(long)]
     pub exit_code: bool,
     #[command(flatten)]
-    pub prepare: DataArgs,
+    pub prepare: Reading,
 }
 
 impl Args {
     fn asked<'a>(&self, base: Variant, causes: &'a [&'static Extension], bounds: &'a Overrides) -> Asked<'a> {
-        let effort = match self.effort {
-            EffortArg::Quick => Effort::Quick,
-            EffortArg::Normal => Effort::Normal,
-            EffortArg::Thorough => Effort::Thorough,
-        };
-        Asked { base, effort, seed: self.seed, causes, bounds }
+        Asked { base, effort: self.effort, seed: self.seed, causes, bounds }
     }
 
     /// The training files, by either option.
     pub fn trained_on(&self) -> impl Iterator<Item = &PathBuf> {
         self.data.iter().chain(&self.files)
     }
-}
-
-/// Search effort.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, ValueEnum)]
-pub enum EffortArg {
-    /// About 20 s of CPU per drive of 15 minutes
-    Quick,
-    /// Twice that
-    Normal,
-    /// No time limit
-    Thorough,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
@@ -167,7 +155,7 @@ fn of_fleet(args: &Args, variant: Variant, causes: &[&'static Extension]) -> any
     let inputs: Vec<&PathBuf> = args.trained_on().collect();
     let needing = Some(&variant).filter(|variant| variant.needs_vehicle());
     let follower = args.follower.as_deref();
-    let pairs = Pairs::of_files(&args.prepare.reading(), &files(&inputs)?, follower, needing, &interrupt::asked)?;
+    let pairs = Pairs::of_files(&args.prepare, &files(&inputs)?, follower, needing, &interrupt::asked)?;
     pairs.besides().iter().for_each(|text| warn(text));
     let mut bar = bar::Bar::new();
     let found = args.asked(variant, causes, &bounds).of_fleet(&pairs, &mut |progress| bar.update(&progress));

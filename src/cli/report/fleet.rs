@@ -1,5 +1,6 @@
 //! The page of a fleet, from its files.
 
+use super::super::folder::parsed;
 use super::charts::columns;
 use crate::report::fleet::{Fit, FleetFile, Shown, page as write};
 use crate::report::html::MadeBy;
@@ -77,8 +78,7 @@ fn name_by_files(rows: &mut [Shown], files: &[String]) {
 pub fn page(folder: &Path, made: Option<&MadeBy>) -> anyhow::Result<String> {
     let path = folder.join("fleet.json");
     let text = read_bounded(&path)?;
-    let file: FleetFile = serde_json::from_str(&text)
-        .with_context(|| format!("{}: expected a fleet of this version of leadlag", path.display()))?;
+    let file: FleetFile = parsed(&text, &path, "a fleet")?;
     let shown = rows(&folder.join("parameters.csv"), &file)?;
     let signals = columns(&folder.join("fits.csv"))?;
     let column = |name: &str| signals.get(name).map_or(&[][..], Vec::as_slice);

@@ -6,13 +6,14 @@ mod study;
 
 use super::change::settle;
 use super::demo::quoted;
-use super::folder::{DIAGNOSIS, FLEET, RESULT, RUN};
+use super::folder::{DIAGNOSIS, FLEET, RESULT, RUN, parsed};
 use super::{Usage, output};
 use crate::report::html::{self, DriveErrors, MadeBy};
 use crate::report::residuals::{error_budget, over_speed};
 use crate::result::diagnosis::Outcome;
 use crate::result::{ResultFile, read_bounded};
 use crate::sumo::Export;
+use crate::text::shown::{NAMED, first};
 use crate::trajectory::Source;
 use anyhow::{Context, bail};
 use std::path::{Path, PathBuf};
@@ -40,8 +41,6 @@ struct Kind {
 
 /// The mark of each of the four kinds of folders.
 const FILES: [&str; 4] = [DIAGNOSIS, RESULT, FLEET, "tasks.jsonl"];
-/// Names of folders in the message that asks for one of them.
-const NAMED: usize = 5;
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let ending = args.out.extension().map(|ending| ending.to_string_lossy().to_lowercase());
@@ -103,11 +102,10 @@ fn result_in(args: &Args) -> anyhow::Result<PathBuf> {
     let instead = if inside.is_empty() {
         String::new()
     } else {
-        let named: Vec<String> = inside.iter().take(NAMED).map(|path| path.display().to_string()).collect();
-        let more = if inside.len() > NAMED { ", ..." } else { "" };
+        let named: Vec<String> = inside.iter().map(|path| path.display().to_string()).collect();
         let hold = if inside.len() == 1 { "holds one" } else { "hold one each" };
         let out = args.out.display().to_string();
-        format!("; {}{more} {hold}: `leadlag report {} -o {}`", named.join(", "), quoted(&named[0]), quoted(&out))
+        format!("; {} {hold}: `leadlag report {} -o {}`", first(&named, NAMED), quoted(&named[0]), quoted(&out))
     };
     Err(Usage(format!(
         "{shown}: expected a folder with result.json, diagnosis.json, fleet.json or tasks.jsonl (of a study), found none of them{instead}"
@@ -125,8 +123,7 @@ fn one(file: &Path, folder: &Path, made: Option<&MadeBy>) -> anyhow::Result<Stri
         );
     };
     if verdict.is_some() {
-        let outcome: Outcome = serde_json::from_str(&text)
-            .with_context(|| format!("{}: expected a diagnosis of this version of leadlag", file.display()))?;
+        let outcome: Outcome = parsed(&text, file, "a diagnosis")?;
         return Ok(html::diagnosis(&outcome, charts::of_diagnosis(folder, &outcome)?, made));
     }
     let result = ResultFile::read(file)?;

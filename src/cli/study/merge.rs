@@ -2,10 +2,9 @@
 
 use super::super::change::{Change, settle};
 use super::super::output;
-use super::status::complain;
+use super::status::{Place, complain};
 use crate::report::{csv, parquet};
-use crate::study::folder::Folder;
-use crate::study::{SCHEMA_VERSION, inventory, merge};
+use crate::study::{SCHEMA_VERSION, merge};
 use crate::text::bounded::Lines;
 use anyhow::bail;
 use std::fs::File;
@@ -14,12 +13,8 @@ use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder of the study
-    #[arg(value_name = "DIR")]
-    folder: PathBuf,
-    /// A further folder of parts, computed elsewhere; may be given several times
-    #[arg(long, value_name = "DIR")]
-    parts: Vec<PathBuf>,
+    #[command(flatten)]
+    of: Place,
     /// Write the tables even if tasks are missing
     #[arg(long)]
     partial: bool,
@@ -38,12 +33,18 @@ fn has_rows(folder: &Path) -> bool {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let folder = Folder::open(&args.folder)?;
-    let tasks = folder.tasks()?;
-    let inventory = inventory::look(&folder, &tasks, &args.parts)?;
+    let (text, summary) = tables(&args.of, args.partial, args.out.as_deref())?;
+    output::print(&text)?;
+    eprintln!("{summary}");
+    Ok(())
+}
+
+/// Writes the tables; returns their names with the numbers of rows, and a summary.
+pub fn tables(of: &Place, partial: bool, out: Option<&Path>) -> anyhow::Result<(String, String)> {
+    let (folder, tasks, inventory) = of.look()?;
     complain(&inventory)?;
     let missing = inventory.missing.len();
-    if missing > 0 && !args.partial {
+    if missing > 0 && !partial {
         for &i in inventory.missing.iter().take(10) {
             let task = &tasks[i];
             let (id, platoon, follower) = (&task.id, &task.platoon, task.follower);
@@ -52,16 +53,16 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
                 task.variant, task.gof, task.replicate
             );
         }
-        let shown = args.folder.display();
+        let shown = of.folder.display();
         bail!(
             "{missing} of {} tasks are missing; `leadlag study run {shown}` computes them, --partial merges without them",
             tasks.len()
         );
     }
-    let out = args.out.clone().unwrap_or_else(|| folder.merged());
+    let out = out.map_or_else(|| folder.merged(), Path::to_owned);
     settle(&out)?;
     if inventory.done() == 0 && has_rows(&out) {
-        let (out, shown) = (out.display(), args.folder.display());
+        let (out, shown) = (out.display(), of.folder.display());
         bail!(
             "no task of this plan is done, and {out} holds tables with rows, which empty ones would replace; \
              `leadlag study run {shown}` computes the tasks, --out DIR writes elsewhere"
@@ -94,8 +95,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         text += &format!("{}  {}\n", out.join(name).display(), output::counted(table.rows() as u64, "row"));
     }
     change.finish(Vec::new())?;
-    output::print(&text)?;
     let infeasible = inventory.failed();
-    eprintln!("{} tasks merged, {missing} missing, {infeasible} without a feasible candidate", inventory.done());
-    Ok(())
+    let done = inventory.done();
+    Ok((text, format!("{done} tasks merged, {missing} missing, {infeasible} without a feasible candidate")))
 }

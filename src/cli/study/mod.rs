@@ -1,6 +1,6 @@
 //! `leadlag study`: plan, run, submit, status, verify, merge, report.
 
-mod merge;
+pub mod merge;
 mod plan;
 mod report;
 mod run;
@@ -8,10 +8,6 @@ pub mod status;
 mod submit;
 mod verify;
 
-use crate::study::DriveError;
-use crate::study::StudyError;
-use crate::trajectory::PrepareError;
-use crate::vehicle::VehicleError;
 use clap::Subcommand;
 
 #[derive(Debug, clap::Args)]
@@ -63,19 +59,5 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         Command::Verify(args) => verify::run(args),
         Command::Merge(args) => merge::run(args),
         Command::Report(args) => report::run(args),
-    }
-}
-
-/// True if the plan or the command line is invalid, as other verbs judge it.
-pub fn is_usage(error: &StudyError) -> bool {
-    use StudyError::{Bounds, Drive, ForeignPlan, Missing, NoTask, Plan, PlanForFolder};
-    match error {
-        Plan(plan) => !matches!(plan, crate::study::PlanError::Read { .. }),
-        Drive(DriveError::Prepare { source, .. }) => super::is_usage(&PrepareError::clone(source).into()),
-        // Settings that these data need but the plan lacks.
-        Drive(DriveError::Several { .. } | DriveError::Map { .. }) | Missing { .. } => true,
-        Drive(DriveError::Vehicle(vehicle)) => matches!(vehicle, VehicleError::Unknown { .. }),
-        Bounds { .. } | ForeignPlan(_) | NoTask { .. } | PlanForFolder(_) => true,
-        _ => false,
     }
 }

@@ -1,10 +1,12 @@
 //! `leadlag study plan`.
 
-use super::super::evaluator::{BY_PLAN, transcribed, warn};
+use super::super::evaluator::warn;
 use super::super::output::{self, counted};
+use crate::api::study::planned;
 use crate::study::folder::Folder;
 use crate::study::plan::Validation;
-use crate::study::{Plan, Study, StudyError, Task};
+use crate::study::{Study, Task};
+use crate::text::shown::{NAMED, first};
 use crate::trajectory::is_nameless;
 use std::collections::HashSet;
 use std::io::IsTerminal;
@@ -29,9 +31,6 @@ pub struct Args {
     #[arg(short, long)]
     verbose: bool,
 }
-
-/// Largest number of followers in a warning.
-const NAMED: usize = 5;
 
 /// Columns of a line.
 const WIDTH: usize = 80;
@@ -100,12 +99,10 @@ fn not_validated(study: &Study) -> Option<String> {
     let mut names: Vec<&str> = study.drives.iter().map(|drive| drive.entry.vehicle.as_str()).collect();
     names.sort_unstable();
     names.dedup();
-    let more = if names.len() > NAMED { ", ..." } else { "" };
-    names.truncate(NAMED);
     Some(format!(
-        "nothing is validated: no two platoons have a follower of the same name; the followers are {}{more}. If they are the same driver, give the name \
+        "nothing is validated: no two platoons have a follower of the same name; the followers are {}. If they are the same driver, give the name \
          by `vehicle` in [[platoon]], or map the id as `group`",
-        names.join(", ")
+        first(&names, NAMED)
     ))
 }
 
@@ -145,22 +142,13 @@ fn lines(tasks: &[Task]) -> String {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    // The plan that a study keeps has its extensions, name and data folder beside it.
-    let kept = args.plan.parent().filter(|_| args.plan.file_name().is_some_and(|name| name == "plan.toml"));
-    let kept = kept.and_then(|folder| Folder::open(folder).ok()).filter(|folder| folder.study_file().is_ok());
-    if kept.is_some() {
+    let (study, content, kept) = planned(&args.plan, args.data.as_deref())?;
+    if kept {
         eprintln!(
             "the plan of a study: its name, its extensions and, without --data, the folder of its data are those of the study"
         );
     }
-    let mut plan = kept.map_or_else(|| Plan::read(&args.plan).map_err(StudyError::from), |folder| folder.plan())?;
-    plan.calibration.variants.iter().try_for_each(|v| transcribed(plan.calibration.evaluator, v, BY_PLAN))?;
-    if let Some(folder) = &args.data {
-        plan.data.folder.clone_from(folder);
-    }
-    let content = crate::text::bounded::read_to_string(&args.plan, crate::text::bounded::TEXT_MAX)?;
-    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&plan.name));
-    let study = Study::open(plan)?;
+    let out = args.out.clone().unwrap_or_else(|| PathBuf::from(&study.plan.name));
     if args.verbose {
         used(&study).lines().for_each(|line| eprintln!("{line}"));
     }

@@ -2,22 +2,16 @@
 
 use super::super::change::Change;
 use super::super::output;
-use super::status::complain;
+use super::status::{Place, complain};
 use crate::report::study;
-use crate::study::folder::Folder;
-use crate::study::inventory;
 use crate::study::outcome::Outcomes;
 use anyhow::bail;
 use std::path::PathBuf;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder of the study
-    #[arg(value_name = "DIR")]
-    folder: PathBuf,
-    /// A further folder of parts, computed elsewhere; may be given several times
-    #[arg(long, value_name = "DIR")]
-    parts: Vec<PathBuf>,
+    #[command(flatten)]
+    of: Place,
     /// Write the report even if tasks are missing
     #[arg(long)]
     partial: bool,
@@ -27,11 +21,10 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let folder = Folder::open(&args.folder)?;
-    let (tasks, file) = (folder.tasks()?, folder.study_file()?);
-    let inventory = inventory::look(&folder, &tasks, &args.parts)?;
+    let (folder, tasks, inventory) = args.of.look()?;
     complain(&inventory)?;
-    let (missing, shown) = (inventory.missing.len(), args.folder.display());
+    let file = folder.study_file()?;
+    let (missing, shown) = (inventory.missing.len(), args.of.folder.display());
     if missing > 0 && !args.partial {
         let tasks = tasks.len();
         bail!(

@@ -5,7 +5,7 @@ use super::super::{Usage, evaluator, interrupt, progress};
 use crate::evaluator::AdapterChoice;
 use crate::select::Kind;
 use crate::study::folder::Folder;
-use crate::study::{Assignment, Event, Progress, RunSettings, Shard, StudyError, Summary, Task, run as run_tasks};
+use crate::study::{Assignment, Event, Progress, RunSettings, Shard, Summary, Task, chosen, run as run_tasks};
 use anyhow::bail;
 use std::io::Write;
 use std::path::PathBuf;
@@ -13,8 +13,6 @@ use std::sync::Arc;
 use std::sync::atomic::{AtomicU64, Ordering};
 use std::time::{Duration, Instant};
 
-/// Largest number of tasks listed for an ambiguous id.
-const LISTED: usize = 5;
 /// A stopped run ends within a second: calibrations that take longer are given up.
 const PATIENCE: Duration = Duration::from_millis(700);
 
@@ -111,26 +109,10 @@ fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
     if let Some(shard) = &args.shard {
         return Ok(shard.of(tasks));
     }
-    if args.task.is_empty() {
-        return Ok((0..tasks.len()).collect());
-    }
-    let mut chosen = args.task.iter().map(|id| named(id, tasks)).collect::<anyhow::Result<Vec<_>>>()?;
-    chosen.sort_unstable();
-    chosen.dedup();
-    Ok(chosen)
-}
-
-/// Index of the only task whose id begins with this text.
-fn named(id: &str, tasks: &[Task]) -> anyhow::Result<usize> {
-    if id.is_empty() {
+    if args.task.iter().any(String::is_empty) {
         return Err(Usage("--task: expected an id, found nothing".to_owned()).into());
     }
-    let found: Vec<usize> = (0..tasks.len()).filter(|&i| tasks[i].id.starts_with(id)).collect();
-    if let [one] = found[..] {
-        return Ok(one);
-    }
-    let first = found.iter().take(LISTED).map(|&i| tasks[i].id.clone()).collect();
-    Err(StudyError::NoTask { id: id.to_owned(), found: found.len(), first }.into())
+    Ok(if args.task.is_empty() { (0..tasks.len()).collect() } else { chosen(&args.task, tasks)? })
 }
 
 /// Summary, to stderr.

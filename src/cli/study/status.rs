@@ -5,28 +5,43 @@ use super::super::demo::quoted;
 use super::super::output;
 use crate::study::folder::Folder;
 use crate::study::inventory::{self, Inventory};
-use crate::study::{SCHEMA_VERSION, claimed, past_runs};
+use crate::study::{SCHEMA_VERSION, Task, claimed, past_runs};
 use std::fmt::Write;
 use std::path::PathBuf;
 
+/// A study and where its parts are.
 #[derive(Debug, clap::Args)]
-pub struct Args {
+pub struct Place {
     /// Folder of the study
     #[arg(value_name = "DIR")]
-    folder: PathBuf,
+    pub folder: PathBuf,
     /// A further folder of parts, computed elsewhere; may be given several times
     #[arg(long, value_name = "DIR")]
-    parts: Vec<PathBuf>,
+    pub parts: Vec<PathBuf>,
+}
+
+impl Place {
+    pub fn look(&self) -> anyhow::Result<(Folder, Vec<Task>, Inventory)> {
+        let folder = Folder::open(&self.folder)?;
+        let tasks = folder.tasks()?;
+        let inventory = inventory::look(&folder, &tasks, &self.parts)?;
+        Ok((folder, tasks, inventory))
+    }
+}
+
+#[derive(Debug, clap::Args)]
+pub struct Args {
+    #[command(flatten)]
+    of: Place,
     /// Print JSON, the ids of missing tasks included
     #[arg(long)]
     json: bool,
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let folder = Folder::open(&args.folder)?;
+    let (folder, tasks, inventory) = args.of.look()?;
     settle(&folder.merged())?;
-    let (tasks, study) = (folder.tasks()?, folder.study_file()?);
-    let inventory = inventory::look(&folder, &tasks, &args.parts)?;
+    let study = folder.study_file()?;
     let (claimed, runs) = (claimed(&folder), past_runs(&folder));
     if args.json {
         let missing: Vec<&str> = inventory.missing.iter().map(|&i| tasks[i].id.as_str()).collect();
@@ -72,12 +87,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let per = if runs.runs > 1 { " per run" } else { "" };
         writeln!(text, "  {rate:.2} tasks/s, {steps:.1} million candidate-steps/s{per}")?;
     }
-    let folder = quoted(&args.folder.display().to_string());
+    let folder = quoted(&args.of.folder.display().to_string());
     match (inventory.conflicting.is_empty(), inventory.missing.is_empty()) {
         (false, _) => text += "delete the wrong file of each pair, or both; `run` computes them again\n",
         (true, false) => writeln!(text, "continue with: leadlag study run {folder}")?,
         (true, true) => {
-            let further = args.parts.iter().map(|parts| format!(" --parts {}", quoted(&parts.display().to_string())));
+            let further =
+                args.of.parts.iter().map(|parts| format!(" --parts {}", quoted(&parts.display().to_string())));
             writeln!(text, "continue with: leadlag study merge {folder}{}", further.collect::<String>())?;
         }
     }

@@ -2,9 +2,9 @@
 
 use super::super::Usage;
 use super::super::demo::quoted;
-use super::super::number::{real, whole};
 use super::super::output::{self, counted};
 use super::status::complain;
+use crate::api::values::{real, whole};
 use crate::study::folder::{Folder, StudyFile, write_whole};
 use crate::study::{inventory, locks, past_runs};
 use anyhow::Context;

@@ -29,6 +29,16 @@ fn escaped(text: &str, escape: impl Fn(char) -> bool) -> Cow<'_, str> {
     Cow::Owned(text.chars().map(one).collect())
 }
 
+/// Names in a message, at most: more would hide its sense.
+pub const NAMED: usize = 5;
+
+/// The first of these names, and `...` in place of more than `most`: `a, b, ...`.
+#[must_use]
+pub fn first<T: AsRef<str>>(names: &[T], most: usize) -> String {
+    let more = if names.len() > most { ", ..." } else { "" };
+    names.iter().take(most).map(AsRef::as_ref).collect::<Vec<_>>().join(", ") + more
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

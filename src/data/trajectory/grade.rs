@@ -55,9 +55,6 @@ impl Grade {
     }
 
     /// Reads a grade profile from a stream; `name` stands for the file in messages.
-    ///
-    /// # Errors
-    /// As [`Grade::read_csv`].
     pub fn read_from(input: impl Read, name: &str) -> Result<Self, ImportError> {
         let mut problems = Problems::default();
         let mut lines = Lines::new(input);

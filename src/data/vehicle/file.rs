@@ -10,94 +10,27 @@ use std::path::{Path, PathBuf};
 
 /// A vehicle that cannot be read or found.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum VehicleError {
-    /// The file cannot be opened or read.
     #[error("{path}: cannot read the vehicle table")]
-    Read {
-        /// The file.
-        path: String,
-        /// The cause of the error.
-        source: std::io::Error,
-    },
-    /// The TOML has another form than expected.
+    Read { path: String, source: std::io::Error },
     #[error(
         "{path}: expected one table per vehicle with mass_unladen_kg, phi, f_0_N, f_1_N_per_kmh, f_2_N_per_kmh2 and \
          optionally name, aliases, length_m, mfc"
     )]
-    Toml {
-        /// The file.
-        path: String,
-        /// The error and its place.
-        source: Box<toml::de::Error>,
-    },
-    /// The CSV has another form than expected.
+    Toml { path: String, source: Box<toml::de::Error> },
     #[error("{path}: cannot read the table")]
-    Csv {
-        /// The file.
-        path: String,
-        /// The error and its place.
-        source: csv::Error,
-    },
-    /// The curve that a vehicle names, or that is beside its table, is invalid.
+    Csv { path: String, source: csv::Error },
     #[error("{table}: vehicle {slug}: its MFC curve {path} cannot be used")]
-    Curve {
-        /// The table.
-        table: String,
-        /// The vehicle.
-        slug: String,
-        /// The file of the curve.
-        path: String,
-        /// The cause of the error.
-        source: Box<VehicleError>,
-    },
-    /// An impossible value.
+    Curve { table: String, slug: String, path: String, source: Box<VehicleError> },
     #[error("{path}:{line}: expected {expected}, found `{found}`")]
-    Table {
-        /// The file.
-        path: String,
-        /// Its line, from 1.
-        line: u64,
-        /// The expected value.
-        expected: &'static str,
-        /// The value found.
-        found: String,
-    },
-    /// An impossible number of a curve.
+    Table { path: String, line: u64, expected: &'static str, found: String },
     #[error("{path}:{line}: expected {expected}, found {found}")]
-    Range {
-        /// The file.
-        path: String,
-        /// Its line, from 1.
-        line: u64,
-        /// Column, and its range.
-        expected: String,
-        /// The value found.
-        found: f64,
-    },
-    /// An impossible number of a vehicle.
+    Range { path: String, line: u64, expected: String, found: f64 },
     #[error("{path}: vehicle {slug}: {quantity}: expected {expected}, found {found}")]
-    Value {
-        /// The file.
-        path: String,
-        /// The vehicle.
-        slug: String,
-        /// The quantity.
-        quantity: &'static str,
-        /// The expected value.
-        expected: &'static str,
-        /// The value found.
-        found: String,
-    },
-    /// The table has no such vehicle.
+    Value { path: String, slug: String, quantity: &'static str, expected: &'static str, found: String },
     #[error("vehicle `{name}` is not in {table}; it has {}{}", known.join(", "), did_you_mean(name, known.iter().map(String::as_str)))]
-    Unknown {
-        /// The requested one.
-        name: String,
-        /// The table searched.
-        table: String,
-        /// The names in the table.
-        known: Vec<String>,
-    },
+    Unknown { name: String, table: String, known: Vec<String> },
 }
 
 /// One vehicle as written in a file; units are in the names.
@@ -325,9 +258,6 @@ pub fn find(text: &str) -> Result<Vehicle, VehicleError> {
 }
 
 /// As [`find`], for callers that may not need the curve: see [`find_in`].
-///
-/// # Errors
-/// As [`find`].
 pub fn find_for(text: &str, needs_curve: bool) -> Result<Vehicle, VehicleError> {
     let unknown = |table: &str, name: &str, known: Vec<String>| VehicleError::Unknown {
         name: name.to_owned(),

@@ -47,7 +47,6 @@ impl Verdict {
 /// A parameter with its uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Estimate {
-    /// Its name.
     pub name: String,
     /// SI unit.
     pub unit: String,
@@ -70,7 +69,6 @@ pub struct Adopted {
     pub instead_of: Option<&'static Extension>,
     /// Its class of causes that data may not distinguish; without a class, its own name.
     pub family: String,
-    /// Its parameters.
     pub parameters: Vec<Estimate>,
     /// Gain in log-likelihood \[nats\]: held out, at most that on all training data.
     pub evidence: f64,
@@ -128,7 +126,6 @@ pub struct Tried {
 pub struct Fitted {
     /// The model without the nuisance lead, for other calibrations and simulations.
     pub variant: Variant,
-    /// Its parameters.
     pub parameters: Parameters,
     /// The same with their uncertainty, and the nuisance lead.
     pub estimates: Vec<Estimate>,
@@ -149,7 +146,6 @@ pub struct Inference {
     pub base: Fitted,
     /// The model with the adopted causes; without any, the base.
     pub extended: Fitted,
-    /// The verdict.
     pub verdict: Verdict,
     /// The reason, in words.
     pub reason: String,

@@ -48,32 +48,23 @@ pub struct Progress {
 
 /// A diagnosis that failed.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum DiagnoseError {
-    /// No data.
     #[error("no drive to train on; give at least one file of some minutes")]
     NoData,
-    /// The model cannot run on a drive.
     #[error(transparent)]
     Case(#[from] crate::evaluator::CaseError),
-    /// The model cannot run.
     #[error(transparent)]
     Evaluate(#[from] crate::evaluator::EvaluateError),
-    /// Two extensions that exclude each other.
     #[error(transparent)]
     Conflict(#[from] crate::extension::ExtensionConflict),
-    /// Invalid bounds.
     #[error(transparent)]
     Bounds(#[from] crate::calibrate::BoundsError),
-    /// With all parameters that were tried, the base model fails on the data.
     #[error(
         "{variant}: every candidate fails on these drives, even corrected by the measurement at every sample; check that spacing \
          is bumper to bumper and positive, and that the bounds allow a car that keeps its distance"
     )]
-    NoBase {
-        /// The base.
-        variant: String,
-    },
-    /// It was stopped.
+    NoBase { variant: String },
     #[error("stopped")]
     Stopped,
 }

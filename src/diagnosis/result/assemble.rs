@@ -31,13 +31,11 @@ pub struct Calibrated<'a> {
     pub trajectories: &'a [&'a Trajectory],
     /// The vehicle, and the name or file that gives it again.
     pub vehicle: Option<(&'a Vehicle, &'a str)>,
-    /// The search space.
     pub space: &'a SearchSpace,
     /// The source of the bounds and the reason for it, in words.
     pub bounds_from: String,
     /// The objective.
     pub gof: GoodnessOfFit,
-    /// The settings.
     pub settings: &'a Calibration,
     /// The replicates found.
     pub replicates: Vec<Replicate>,

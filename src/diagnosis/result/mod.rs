@@ -40,7 +40,6 @@ pub struct ResultFile {
     pub extensions: Vec<ExtensionEntry>,
     /// The evaluator of the candidates.
     pub evaluator: String,
-    /// Its precision.
     pub precision: String,
     /// The device, if there is one.
     pub adapter: Option<String>,
@@ -55,7 +54,6 @@ pub struct ResultFile {
     /// Members of a generation, if requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub population: Option<u64>,
-    /// The seed.
     pub seed: u64,
     /// Time at the start of each drive \[s\] in which the car is the measured one, if that was requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -64,7 +62,6 @@ pub struct ResultFile {
     pub score: IndexMap<String, Option<f64>>,
     /// The calibrated parameters, by the paper's symbols.
     pub parameters: IndexMap<String, f64>,
-    /// Their units.
     pub units: IndexMap<String, String>,
     /// Their bounds; equal bounds mean a fixed value.
     pub bounds: IndexMap<String, [f64; 2]>,
@@ -103,14 +100,12 @@ pub struct ResultFile {
 pub struct ComparedEntry {
     /// Whether faults of its data are corrected.
     pub corrected: bool,
-    /// Its parameters.
     pub parameters: IndexMap<String, f64>,
 }
 
 /// A law or an extension.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ExtensionEntry {
-    /// Its name.
     pub name: String,
     /// The whole text of a user's own; `None` for a built-in one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -148,7 +143,6 @@ pub struct DataEntry {
     pub follower: usize,
     /// Name of the follower in the file.
     pub name: String,
-    /// Samples.
     pub samples: usize,
     /// First and last time used \[s\], as in the file.
     pub window_s: [f64; 2],

@@ -11,39 +11,16 @@ use serde::Deserialize;
 
 /// A result file that cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum ResultFileError {
-    /// It cannot be read.
     #[error("{path}: cannot read the result file")]
-    Read {
-        /// The file.
-        path: String,
-        /// The cause of the error.
-        source: std::io::Error,
-    },
-    /// It is not a result file.
+    Read { path: String, source: std::io::Error },
     #[error("{path}: expected a result.json of `leadlag calibrate`")]
-    Json {
-        /// The file.
-        path: String,
-        /// The error and its place.
-        source: serde_json::Error,
-    },
-    /// It has another version.
+    Json { path: String, source: serde_json::Error },
     #[error("{path}: schema_version {found}; this program reads version {SCHEMA_VERSION}")]
-    Version {
-        /// The file.
-        path: String,
-        /// Its version.
-        found: u64,
-    },
-    /// Its content does not fit together.
+    Version { path: String, found: u64 },
     #[error("{path}: the content does not fit together, so the file was changed or damaged; calibrate again")]
-    Content {
-        /// The file.
-        path: String,
-        /// The contradiction.
-        source: ContentError,
-    },
+    Content { path: String, source: ContentError },
 }
 
 /// A file of any version.
@@ -159,99 +136,36 @@ impl ResultFile {
 
 /// A result file whose content does not fit together.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum ContentError {
-    /// Its variant does not exist.
     #[error(transparent)]
     Variant(#[from] UnknownVariant),
-    /// Its convention does not exist.
     #[error(transparent)]
     Convention(#[from] ConventionError),
-    /// No built-in extension has this name.
     #[error("extension {0}: no built-in extension has this name, and the file does not contain its text")]
     Extension(String),
-    /// The text of an extension is not valid.
     #[error(transparent)]
     Shader(#[from] ShaderError),
-    /// Its extensions cannot be in one model.
     #[error(transparent)]
     Conflict(#[from] ExtensionConflict),
-    /// A parameter of the variant is missing.
     #[error("parameter {0} is missing")]
     Parameter(&'static str),
-    /// Id and name belong to two variants.
     #[error("model_id: expected {expected}, the id of variant {name}, found {found}")]
-    ModelId {
-        /// Name of the variant.
-        name: String,
-        /// Its id.
-        expected: u32,
-        /// The id in the file.
-        found: u32,
-    },
-    /// A list has an entry that the variant lacks.
+    ModelId { name: String, expected: u32, found: u32 },
     #[error("{list}: found {name}, which variant {variant} does not have")]
-    Foreign {
-        /// The list.
-        list: &'static str,
-        /// The entry.
-        name: String,
-        /// The variant.
-        variant: String,
-    },
-    /// A list lacks a parameter of the variant.
+    Foreign { list: &'static str, name: String, variant: String },
     #[error("{list}: {name} is missing")]
-    Missing {
-        /// The list.
-        list: &'static str,
-        /// The parameter.
-        name: &'static str,
-    },
-    /// Its law is not that of its variant.
+    Missing { list: &'static str, name: &'static str },
     #[error("law: found {name}, which is not the base of variant {variant}")]
-    Law {
-        /// The law.
-        name: String,
-        /// The variant.
-        variant: String,
-    },
-    /// The value of a parameter is outside the domain of its equation.
+    Law { name: String, variant: String },
     #[error("parameters: {name}: expected {expected}, found {found:?}")]
-    Domain {
-        /// The parameter.
-        name: &'static str,
-        /// The allowed values.
-        expected: String,
-        /// Its value.
-        found: f64,
-    },
-    /// The lower end of an interval is above its upper end.
+    Domain { name: &'static str, expected: String, found: f64 },
     #[error("{list}: {name}: expected a lower and an upper end, found [{lower}, {upper}]")]
-    Reversed {
-        /// The list.
-        list: &'static str,
-        /// The parameter.
-        name: String,
-        /// Lower end.
-        lower: f64,
-        /// Upper end.
-        upper: f64,
-    },
-    /// The correlations do not match their parameters.
+    Reversed { list: &'static str, name: String, lower: f64, upper: f64 },
     #[error(
         "identifiability.correlation.matrix: expected {expected} rows of {expected} numbers, one for each of its parameters"
     )]
-    Matrix {
-        /// Number of parameters.
-        expected: usize,
-    },
-    /// A parameter is in another unit.
+    Matrix { expected: usize },
     #[error("units: expected {name} in {expected}, found {found}")]
-    Unit {
-        /// The parameter.
-        name: &'static str,
-        /// Its unit.
-        expected: &'static str,
-        /// The unit in the file.
-        found: String,
-    },
+    Unit { name: &'static str, expected: &'static str, found: String },
 }

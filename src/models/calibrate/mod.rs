@@ -160,21 +160,12 @@ pub struct Replicate {
 
 /// A calibration without a result.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum CalibrateError {
-    /// The evaluator failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
-    /// No candidate of any replicate has a score.
     #[error("replicate {replicate}: none of {evaluations} candidates is feasible: {tally}")]
-    Infeasible {
-        /// The replicate.
-        replicate: u64,
-        /// Candidates tried.
-        evaluations: u64,
-        /// Their outcome.
-        tally: Tally,
-    },
-    /// Stopped by the caller before the first replicate had a result.
+    Infeasible { replicate: u64, evaluations: u64, tally: Tally },
     #[error("interrupted before the first generation was scored; nothing was found")]
     Interrupted,
 }

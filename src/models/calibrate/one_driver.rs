@@ -41,9 +41,6 @@ pub fn apart(cases: &[Case], space: &SearchSpace, seed: u64) -> Result<Option<Ap
 }
 
 /// The same; `None` after a stop.
-///
-/// # Errors
-/// As [`apart`].
 pub fn apart_until(
     cases: &[Case],
     space: &SearchSpace,

@@ -36,73 +36,29 @@ pub fn bound_times(variant: &Variant, window: [f64; 2], overrides: &mut Override
 
 /// Invalid bounds.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum BoundsError {
-    /// The bounds file cannot be read.
     #[error("{path}: cannot read the bounds: {reason}")]
-    Read {
-        /// The file.
-        path: String,
-        /// The reason.
-        reason: String,
-    },
-    /// The bounds file is not TOML.
+    Read { path: String, reason: String },
     #[error("{path}: expected bounds as TOML, such as v_0 = [25, 40]: {reason}")]
-    Text {
-        /// The file.
-        path: String,
-        /// The error and its place.
-        reason: String,
-    },
-    /// No variant has such a parameter.
+    Text { path: String, reason: String },
     #[error(
         "{path}: {name} is not a parameter of any variant; `leadlag list parameters` shows them{}",
         did_you_mean(name, Symbol::ALL.iter().map(|symbol| symbol.name()))
     )]
-    NoParameter {
-        /// The file.
-        path: String,
-        /// The name.
-        name: String,
-    },
-    /// A line of the bounds file is neither a pair nor a number.
+    NoParameter { path: String, name: String },
     #[error("{path}: {name}: expected [lower, upper], or one number to fix it; found {found}")]
-    Entry {
-        /// The file.
-        path: String,
-        /// The parameter.
-        name: String,
-        /// The value found.
-        found: String,
-    },
-    /// Road loads have no bounds without a vehicle.
+    Entry { path: String, name: String, found: String },
     #[error("{0}: Table 3 gives its bounds per vehicle; give --vehicle NAME or FILE#NAME")]
     Vehicle(&'static str),
-    /// The name is not a parameter of the variant.
     #[error(
         "{name} is not a parameter of variant {variant}, which has {}{}",
         known.join(", "),
         did_you_mean(name, known.iter().copied())
     )]
-    Unknown {
-        /// As given.
-        name: String,
-        /// The variant.
-        variant: String,
-        /// Its parameters.
-        known: Vec<&'static str>,
-    },
-    /// The bounds are not in order, or leave the domain of the equations.
+    Unknown { name: String, variant: String, known: Vec<&'static str> },
     #[error("{name}: expected {expected}{}", found([*lower, *upper]))]
-    Impossible {
-        /// The parameter.
-        name: &'static str,
-        /// Its domain.
-        expected: String,
-        /// Lower bound given.
-        lower: f64,
-        /// Upper bound given.
-        upper: f64,
-    },
+    Impossible { name: &'static str, expected: String, lower: f64, upper: f64 },
 }
 
 impl SearchSpace {

@@ -40,70 +40,38 @@ impl DataLayout {
 
 /// A data folder that cannot be used.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum OpenError {
-    /// There is no file or folder of this name.
     #[error("{0}: expected the folder of the platoon files, or one file; there is none")]
     Missing(String),
-    /// Its vehicle table is broken.
     #[error(transparent)]
     Vehicle(#[from] VehicleError),
 }
 
 /// A platoon that is missing or cannot be used.
 #[derive(Debug, Clone, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum LibraryError {
-    /// The file is missing.
     #[error("platoon {platoon}: no file {platoon}.csv in {}", searched.join(" or "))]
-    NotFound {
-        /// The file stem.
-        platoon: String,
-        /// The folders searched.
-        searched: Vec<String>,
-    },
-    /// The name would leave the folder.
+    NotFound { platoon: String, searched: Vec<String> },
     #[error("platoon `{0}`: expected the name of a file without folder and extension")]
     Name(String),
-    /// A row names a platoon, and no folder was given.
     #[error("platoon {0}: its folder is unknown; give it by --data")]
     NoFolder(String),
-    /// A row names a missing file.
     #[error("{0}: no such file; --data gives its folder, or the file of all rows")]
     NoFile(String),
-    /// A row names another platoon than the file that was given.
     #[error("platoon {platoon}: expected {file}, the file of all rows")]
-    OtherFile {
-        /// The file stem of the row.
-        platoon: String,
-        /// The file given.
-        file: String,
-    },
-    /// The file has several trajectories, and the row names none.
+    OtherFile { platoon: String, file: String },
     #[error(
         "{file}: expected the id of one of its trajectories in the column trajectory, such as {example}; found none"
     )]
-    NoTrajectory {
-        /// The file.
-        file: String,
-        /// One of its ids.
-        example: String,
-    },
-    /// The file cannot be imported.
+    NoTrajectory { file: String, example: String },
     #[error("{0}")]
     Import(#[source] Arc<ImportError>),
-    /// The file cannot be prepared.
     #[error("{0}")]
     Prepare(#[source] Arc<PrepareError>),
-    /// The file splits into segments, which rows cannot name.
     #[error("platoon {platoon} follower {follower}: long gaps split it into {segments} segments; cut a gap-free file")]
-    Segments {
-        /// The file stem.
-        platoon: String,
-        /// The follower.
-        follower: usize,
-        /// Their number.
-        segments: usize,
-    },
-    /// It is too short.
+    Segments { platoon: String, follower: usize, segments: usize },
     #[error(transparent)]
     Case(#[from] CaseError),
 }

@@ -23,7 +23,6 @@ const MAX_CHUNK: usize = 65_536;
 /// How rows are scored.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Settings {
-    /// The convention.
     pub convention: Convention,
     /// Upper bound of the perception delay \[s\]: fixes the scored window of variants with delay.
     pub tau_p_upper: f64,
@@ -63,50 +62,20 @@ impl Summary {
 
 /// A table that cannot be evaluated at all.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum TableError {
-    /// The rows cannot be read.
     #[error("{path}: cannot read the cases")]
-    Read {
-        /// The table.
-        path: String,
-        /// The error and its place.
-        source: csv::Error,
-    },
-    /// Far more columns than a table of parameters has.
+    Read { path: String, source: csv::Error },
     #[error("{path}:1: expected at most {most} columns, found {found}; is this the table of cases?")]
-    Wide {
-        /// The table.
-        path: String,
-        /// Most columns.
-        most: usize,
-        /// Columns there are.
-        found: usize,
-    },
-    /// A column that every row needs is missing.
+    Wide { path: String, most: usize, found: usize },
     #[error("{path}:1: column {missing} is missing; the file has {} (needed: model_id or variant, follower_position, and platoon or file unless --data is one file; separated by commas)", if found.is_empty() { "nothing".to_owned() } else { found.join(", ") })]
-    Column {
-        /// The table.
-        path: String,
-        /// The missing column.
-        missing: &'static str,
-        /// The columns it has.
-        found: Vec<String>,
-    },
-    /// A column that is read occurs more than once.
+    Column { path: String, missing: &'static str, found: Vec<String> },
     #[error("{path}:1: column {column} occurs more than once; remove or rename one")]
-    Twice {
-        /// The table.
-        path: String,
-        /// The column.
-        column: &'static str,
-    },
-    /// The results cannot be written.
+    Twice { path: String, column: &'static str },
     #[error("cannot write the results")]
     Write(#[source] csv::Error),
-    /// The evaluator failed.
     #[error("cannot evaluate the rows")]
     Evaluate(#[from] EvaluateError),
-    /// The caller asked to stop; the rows written so far are complete.
     #[error("interrupted after {0} rows; the output is complete up to there")]
     Interrupted(u64),
 }

@@ -15,7 +15,6 @@ pub struct Case {
     pub label: Arc<str>,
     /// The variant it was prepared for.
     pub variant: Variant,
-    /// The convention.
     pub convention: Convention,
     /// Time step Δt \[s\].
     pub dt: f64,
@@ -55,66 +54,29 @@ pub struct Case {
 
 /// A trajectory that a variant cannot run on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum CaseError {
-    /// The variant needs missing data.
     #[error("{label}: variant {variant} needs {what}; {remedy}")]
-    Missing {
-        /// The trajectory.
-        label: String,
-        /// The variant.
-        variant: String,
-        /// The required data.
-        what: &'static str,
-        /// The remedy.
-        remedy: &'static str,
-    },
-    /// An invalid upper bound of a perception delay.
+    Missing { label: String, variant: String, what: &'static str, remedy: &'static str },
     #[error("{label}: upper bound of {name}: expected a number of at least 0, found {found}")]
-    DelayBound {
-        /// The trajectory.
-        label: String,
-        /// The parameter.
-        name: &'static str,
-        /// The bound.
-        found: f64,
-    },
-    /// Too few samples to simulate even one step.
+    DelayBound { label: String, name: &'static str, found: f64 },
     #[error("{label}: {samples} samples; variant {variant} starts at sample {first}, so at least {} are needed", first + 2)]
-    TooShort {
-        /// The trajectory.
-        label: String,
-        /// The variant.
-        variant: String,
-        /// Samples at hand.
-        samples: usize,
-        /// First simulated sample.
-        first: usize,
-    },
+    TooShort { label: String, variant: String, samples: usize, first: usize },
 }
 
 /// A parameter vector that cannot be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum InvalidParameter {
-    /// Outside the domain of the equations.
     #[error("{name}: expected {expected}, found {found}")]
-    Domain {
-        /// The parameter.
-        name: &'static str,
-        /// The expected value.
-        expected: String,
-        /// The value found.
-        found: f64,
-    },
-    /// The delay reaches back before the first sample.
+    Domain { name: &'static str, expected: String, found: f64 },
     #[error(
         "{name}: expected at most {upper} s, found {found}; the upper bound of {name} limits the memory of a simulation: raise it in a --bounds file"
     )]
     Delay {
-        /// The parameter; two of them if their sum is too long.
         name: String,
         /// The longest delay possible \[s\].
         upper: f64,
-        /// The value found.
         found: f64,
     },
 }
@@ -220,9 +182,6 @@ impl Case {
     }
 
     /// The same case for another variant; the measured signals are shared, not copied.
-    ///
-    /// # Errors
-    /// As [`Case::new`].
     pub fn for_variant(&self, variant: Variant) -> Result<Case, CaseError> {
         let missing =
             |what, remedy| CaseError::Missing { label: self.label.to_string(), variant: variant.name(), what, remedy };

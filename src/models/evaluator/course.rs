@@ -116,40 +116,19 @@ pub struct Pace {
 
 /// A case that these evaluators cannot use.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum CourseError {
-    /// A table would need too many cells.
     #[error(
         "the {what} table has nodes only {closest} apart, which needs {cells} equal cells, expected at most \
          {limit}; thin the table out, or use --evaluator reference"
     )]
-    Table {
-        /// The table.
-        what: &'static str,
-        /// Cells needed.
-        cells: f64,
-        /// Cells possible.
-        limit: f64,
-        /// Distance of the closest two nodes.
-        closest: f64,
-    },
-    /// A clock that single precision cannot read.
+    Table { what: &'static str, cells: f64, limit: f64, closest: f64 },
     #[error(
         "{label}: variant {variant} reads the time, and the clock of the file reaches {t} s in steps of {dt} s, which single precision \
          cannot distinguish; expected at most {limit:.0} s: count the time from the beginning of the recording, or use --evaluator lanes \
          with --precision f64"
     )]
-    Clock {
-        /// The trajectory.
-        label: String,
-        /// The variant.
-        variant: String,
-        /// The time furthest from 0 \[s\].
-        t: f64,
-        /// Time step \[s\].
-        dt: f64,
-        /// The time up to which it could \[s\].
-        limit: f64,
-    },
+    Clock { label: String, variant: String, t: f64, dt: f64, limit: f64 },
 }
 
 impl Course {

@@ -205,42 +205,25 @@ impl Outcome {
 
 /// An evaluation that failed as a whole (a candidate that fails is a [`Score`]).
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum EvaluateError {
-    /// As many scores as candidates are needed.
     #[error("expected room for {candidates} scores, found {scores}")]
-    Room {
-        /// Candidates in the jobs.
-        candidates: usize,
-        /// The requested scores.
-        scores: usize,
-    },
-    /// A delay longer than the evaluator remembers.
+    Room { candidates: usize, scores: usize },
     #[error(
         "{name}: expected at most {upper} s, found {found}; the upper bound of {name} limits the memory of a simulation: raise it in a --bounds file"
     )]
     Delay {
-        /// The parameter; two of them if their sum is too long.
         name: String,
         /// The upper bound \[s\].
         upper: f64,
-        /// The value found.
         found: f64,
     },
-    /// The evaluator cannot prepare the case.
     #[error(transparent)]
     Course(#[from] CourseError),
-    /// There is no adapter, or not the requested one.
     #[error("{}", no_adapter(wanted.as_deref(), present))]
-    Adapter {
-        /// The requested index, PCI address or name, if any.
-        wanted: Option<String>,
-        /// The adapters present, one line each.
-        present: Vec<String>,
-    },
-    /// The library was built without the feature `gpu`.
+    Adapter { wanted: Option<String>, present: Vec<String> },
     #[error("no GPU: leadlag was built without the feature `gpu`; use --evaluator lanes")]
     NoGpuBuilt,
-    /// The process has too little memory for a driver.
     #[error(
         "no GPU: drivers need an address space of {} MiB, found a limit of {} MiB; raise it (`ulimit -v unlimited`), or use \
          --evaluator lanes",
@@ -253,40 +236,19 @@ pub enum EvaluateError {
         /// Required memory \[bytes\].
         needed: u64,
     },
-    /// The reference has only the built-in extensions, transcribed by hand.
     #[error(
         "the reference has no second transcription of extension {extension}, so it cannot simulate variant {variant}; use \
          --evaluator lanes, with --precision f64 for as many digits"
     )]
-    Untranscribed {
-        /// The extension.
-        extension: String,
-        /// The variant.
-        variant: String,
-    },
-    /// The text of the model cannot run on this evaluator.
+    Untranscribed { extension: String, variant: String },
     #[error(transparent)]
     Model(Box<dyn std::error::Error + Send + Sync>),
-    /// The device failed, and so did the second attempt.
     #[error("{doing} on {adapter}: {message}")]
-    Device {
-        /// The operation under way.
-        doing: &'static str,
-        /// The device.
-        adapter: String,
-        /// Its message.
-        message: String,
-    },
-    /// The memory of the device is too small for this many candidates at once.
+    Device { doing: &'static str, adapter: String, message: String },
     #[error(
         "{adapter} does not have enough memory: {message}; close other programs that use it, or use --evaluator lanes"
     )]
-    Memory {
-        /// The device.
-        adapter: String,
-        /// Its message.
-        message: String,
-    },
+    Memory { adapter: String, message: String },
 }
 
 fn no_adapter(wanted: Option<&str>, present: &[String]) -> String {
@@ -419,14 +381,10 @@ pub trait Evaluator: Send {
     /// When the evaluator cannot run.
     fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError>;
 
-    /// The variant.
     fn variant(&self) -> &Variant {
         &self.cases()[0].variant
     }
     /// One score per candidate, in order: the mean over the cases; failed if one case failed.
-    ///
-    /// # Errors
-    /// As [`Evaluator::collect`].
     fn evaluate(&mut self, population: &Population, scores: &mut [Score]) -> Result<(), EvaluateError> {
         let candidates = population.len();
         if scores.len() != candidates {

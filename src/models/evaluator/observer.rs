@@ -70,7 +70,6 @@ impl Pull {
 pub struct Slopes {
     /// The score and the cost of shortfalls; infinite if the run failed.
     pub cost: f64,
-    /// Its gradient.
     pub gradient: DVector<f64>,
     /// The Gauss-Newton approximation of its second derivatives.
     pub curvature: DMatrix<f64>,
@@ -110,7 +109,6 @@ pub struct Residuals {
     pub lanes: usize,
     /// First sample of the stretch.
     pub from: usize,
-    /// Its samples.
     pub samples: usize,
     /// Numbers of a candidate per sample.
     pub signals: usize,

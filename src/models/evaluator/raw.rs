@@ -29,7 +29,6 @@ pub struct Raw {
     pub n_cut_dec: u32,
     /// Σ (simulated - measured)² of spacing, speed and acceleration.
     pub error2: [f64; 3],
-    /// Σ simulated².
     pub simulated2: [f64; 3],
     /// Σ ((simulated - measured) / denominator)².
     pub relative2: [f64; 3],

@@ -113,7 +113,6 @@ impl Opened {
 pub(super) struct Device {
     pub(super) raw: wgpu::Device,
     pub(super) queue: wgpu::Queue,
-    /// Its limits.
     pub(super) limits: Limits,
     pub(super) windows: Windows,
     /// Invocations of a workgroup.

@@ -44,7 +44,6 @@ struct Content {
 /// Cases whose tables are bound together.
 #[derive(Debug)]
 pub(super) struct Tables {
-    /// The cases.
     pub(super) cases: Range<usize>,
     /// Start of the samples of each.
     pub(super) begins: Vec<u32>,

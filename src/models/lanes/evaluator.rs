@@ -2,7 +2,7 @@
 
 use super::compile::error::LanesError;
 use super::compile::model::Model;
-use super::run::core::{Core, Finished, History, Traces};
+use super::run::core::{Core, Finished, History, Observing, Traces};
 use super::run::products::{Bins, Differences, Products};
 use super::run::real::Real;
 use super::run::simd::InstructionSet;
@@ -94,7 +94,8 @@ macro_rules! with_engine {
     };
 }
 
-/// The WGSL text of one variant on the CPU, over one or several cases.
+/// The WGSL text of one variant on the CPU, over one or several cases. Methods that simulate fail with [`EvaluateError::Delay`] or
+/// [`EvaluateError::Model`].
 #[derive(Debug)]
 pub struct Lanes {
     cases: Vec<Case>,
@@ -183,9 +184,6 @@ impl Lanes {
 
     /// Runs that are corrected towards the measurement, one observer per candidate, and their sums over blocks of samples.
     ///
-    /// # Errors
-    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
-    ///
     /// # Panics
     /// Unless there is one observer per candidate, and at least one sample in a block.
     pub fn observed(
@@ -197,31 +195,21 @@ impl Lanes {
         assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
         assert!(block > 0, "blocks of at least one sample");
         let settings = settings(Adding::All, self.compensated(), true, Some(block));
-        with_engine!(self.observing()?, core => {
-            core.observed(&self.cases, job, &settings, observers)
-        })
+        with_engine!(self.observing()?, core => core.observed(self.of(job, &settings, observers)))
     }
 
     /// Runs that are corrected towards the measurement, sample by sample, one observer per candidate.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     ///
     /// # Panics
     /// Unless there is one observer per candidate.
     pub fn innovations(&self, job: &Job<'_>, observers: &[Observer]) -> Result<Vec<Innovations>, EvaluateError> {
         assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
         let settings = settings(Adding::Nothing, self.compensated(), false, None);
-        with_engine!(self.observing()?, core => {
-            core.innovations(&self.cases, job, &settings, observers)
-        })
+        with_engine!(self.observing()?, core => core.innovations(self.of(job, &settings, observers)))
     }
 
     /// The residuals of the same runs alone, the same numbers in less time and memory: `each` receives stretches of samples in order, up to
     /// the last one or until all candidates have failed. Returns where runs ended early.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     ///
     /// # Panics
     /// Unless there is one observer per candidate.
@@ -233,16 +221,11 @@ impl Lanes {
     ) -> Result<Vec<Option<Failure>>, EvaluateError> {
         assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
         let settings = settings(Adding::Nothing, self.compensated(), false, None);
-        with_engine!(self.observing()?, core => {
-            core.residuals(&self.cases, job, &settings, observers, each)
-        })
+        with_engine!(self.observing()?, core => core.residuals(self.of(job, &settings, observers), each))
     }
 
     /// The residuals of free simulations, as [`Lanes::residuals`]. `windows` resets them to the measurement, and so does a failure: the
     /// residuals of that sample are NaN. The memory of a model continues.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     pub fn free_residuals(
         &self,
         job: &Job<'_>,
@@ -252,43 +235,28 @@ impl Lanes {
         let settings =
             Settings { windows, goes_on: true, ..settings(Adding::Nothing, self.compensated(), false, None) };
         let free = vec![Observer::NONE; job.population.len()];
-        with_engine!(self.observing()?, core => {
-            core.residuals(&self.cases, job, &settings, &free, each)
-        })
+        with_engine!(self.observing()?, core => core.residuals(self.of(job, &settings, &free), each))
     }
 
     /// Scores of pulled runs, and the sums of squares of their shortfalls \[m²\].
-    ///
-    /// # Errors
-    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     pub fn pulled(&self, job: &Job<'_>, pull: Pull) -> Result<Vec<(Score, f64)>, EvaluateError> {
         let (engine, settings, observers) = self.pulling(job, pull)?;
         let settings = Settings { reaches: true, ..settings };
-        with_engine!(engine, core => {
-            core.soft_scores(&self.cases, job, &settings, &observers)
-        })
+        with_engine!(engine, core => core.soft_scores(self.of(job, &settings, &observers)))
     }
 
     /// Scores of pulled runs with their derivatives, by finite differences; in the order of `differences`.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     ///
     /// # Panics
     /// If differences name missing candidates.
     pub fn slopes(&self, job: &Job<'_>, differences: &[Differences], pull: Pull) -> Result<Vec<Slopes>, EvaluateError> {
         let (engine, settings, observers) = self.pulling(job, pull)?;
         let settings = Settings { reaches: true, ..settings };
-        with_engine!(engine, core => {
-            core.slopes(&self.cases, job, &settings, &observers, differences)
-        })
+        with_engine!(engine, core => core.slopes(self.of(job, &settings, &observers), differences))
     }
 
     /// Sums of products of the errors of pulled runs and of their derivatives, bin by bin; in the order of `differences`, `None` where a
     /// run fails.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     ///
     /// # Panics
     /// If differences name missing candidates.
@@ -300,16 +268,11 @@ impl Lanes {
         bins: Bins<'a>,
     ) -> Result<Vec<Option<Products<'a>>>, EvaluateError> {
         let (engine, settings, observers) = self.pulling(job, pull)?;
-        with_engine!(engine, core => {
-            core.products(&self.cases, job, &settings, &observers, (differences, bins))
-        })
+        with_engine!(engine, core => core.products(self.of(job, &settings, &observers), (differences, bins)))
     }
 
     /// Sums of squares of the errors of pulled runs, bin by bin: of spacing, speed, acceleration, and shortfall; `None` for a run that
     /// fails.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     pub fn squares(
         &self,
         job: &Job<'_>,
@@ -317,20 +280,19 @@ impl Lanes {
         bins: Bins<'_>,
     ) -> Result<Vec<Option<Vec<[f64; SIGNALS]>>>, EvaluateError> {
         let (engine, settings, observers) = self.pulling(job, pull)?;
-        with_engine!(engine, core => core.squares(&self.cases, job, &settings, &observers, bins))
+        with_engine!(engine, core => core.squares(self.of(job, &settings, &observers), bins))
     }
 
     /// Residuals of free runs whose squares add up to the score, one vector per candidate: those of spacing, then of speed, then of
     /// acceleration, one per sample of the drive; 0 before the first simulated sample and for a signal that is not compared. The vector of
     /// a run that fails is undefined.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     pub fn norm_residuals(&self, job: &Job<'_>) -> Result<Vec<Vec<f64>>, EvaluateError> {
         let (engine, settings, observers) = self.pulling(job, Pull::NONE)?;
-        with_engine!(engine, core => {
-            core.norm_residuals(&self.cases, job, &settings, &observers)
-        })
+        with_engine!(engine, core => core.norm_residuals(self.of(job, &settings, &observers)))
+    }
+
+    fn of<'a>(&'a self, job: &'a Job<'a>, settings: &'a Settings, observers: &'a [Observer]) -> Observing<'a> {
+        Observing { cases: &self.cases, job, settings, observers }
     }
 
     /// Runs without a pull need no observer.

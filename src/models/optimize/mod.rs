@@ -80,7 +80,6 @@ impl SearchBox {
 pub struct Member {
     /// Its coordinates.
     pub point: Vec<f64>,
-    /// Its merit.
     pub merit: Merit,
 }
 

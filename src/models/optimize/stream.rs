@@ -19,7 +19,6 @@ pub fn stream(seed: u64, replicate: u64, generation: u64, candidate: u64) -> Cha
 pub struct Origin {
     /// Seed of all random numbers.
     pub seed: u64,
-    /// The replicate.
     pub replicate: u64,
     /// The generation; a run that follows another one continues its count, so that no stream is used twice.
     pub generation: u64,

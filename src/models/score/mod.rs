@@ -32,7 +32,6 @@ pub struct Sums {
     pub error2: f64,
     /// Σ (simulated - denominator)².
     pub error2_floored: f64,
-    /// Σ simulated².
     pub simulated2: f64,
     /// Σ ((simulated - measured) / denominator)², over the samples that have a relative error.
     pub relative2: f64,

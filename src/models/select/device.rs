@@ -29,9 +29,6 @@ pub fn find(choice: &AdapterChoice) -> Result<Device, EvaluateError> {
 }
 
 /// The evaluator on the device of a choice.
-///
-/// # Errors
-/// As [`Gpu::new`].
 pub fn open(
     cases: Vec<Case>,
     gof: GoodnessOfFit,

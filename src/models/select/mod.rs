@@ -43,14 +43,12 @@ pub struct Selection {
 
 /// A choice that contradicts itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum SelectionError {
-    /// The reference has one precision.
     #[error("--precision needs --evaluator lanes or gpu; the reference computes in f64")]
     Reference,
-    /// Most GPUs have no f64, and none is required to.
     #[error("--precision f64 needs --evaluator lanes; on a GPU there are plain and compensated f32")]
     GpuF64,
-    /// Only a GPU evaluator runs on an adapter.
     #[error("--gpu needs --evaluator gpu or auto")]
     Adapter,
 }
@@ -76,9 +74,6 @@ const FOR_ANOTHER_GPU: usize = 10_000;
 
 impl Selection {
     /// Checks that evaluator, precision and device fit together.
-    ///
-    /// # Errors
-    /// [`SelectionError`].
     pub fn check(&self) -> Result<(), SelectionError> {
         match self.kind {
             Kind::Reference if self.precision.is_some() => Err(SelectionError::Reference),

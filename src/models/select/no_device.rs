@@ -7,7 +7,6 @@ use crate::wgsl::Precision;
 /// None exists.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Device {
-    /// Its name.
     pub name: String,
     /// False for software.
     pub is_hardware: bool,

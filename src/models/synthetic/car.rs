@@ -60,97 +60,21 @@ pub struct Gusts {
     pub time_constant_s: f64,
 }
 
-/// The acceleration command of a follower, with the paper's symbols.
+/// The acceleration command of a follower, with the paper's symbols, in SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
+#[allow(missing_docs, reason = "the symbols of the paper, which docs/MODELS.md lists with their units")]
 pub enum Controller {
     /// Intelligent Driver Model, Eqs. 2 and 3.
-    Idm {
-        /// Desired speed \[m/s\].
-        v_0: f64,
-        /// Time headway \[s\].
-        t_h: f64,
-        /// Standstill spacing \[m\].
-        d_0: f64,
-        /// Largest acceleration \[m/s²\].
-        a_max: f64,
-        /// Comfortable deceleration \[m/s²\], negative.
-        a_min: f64,
-        /// Exponent.
-        delta: f64,
-    },
+    Idm { v_0: f64, t_h: f64, d_0: f64, a_max: f64, a_min: f64, delta: f64 },
     /// Gipps' model, Eqs. 4 and 5.
-    Gipps {
-        /// Desired speed \[m/s\].
-        v_0: f64,
-        /// Apparent reaction time \[s\].
-        t_h: f64,
-        /// Standstill spacing \[m\].
-        d_0: f64,
-        /// Largest acceleration \[m/s²\].
-        a_max: f64,
-        /// Comfortable deceleration \[m/s²\], negative.
-        a_min: f64,
-        /// Estimate of the preceding car's deceleration \[m/s²\], negative.
-        a_hat_min: f64,
-        /// Additional delay \[s\].
-        theta: f64,
-    },
+    Gipps { v_0: f64, t_h: f64, d_0: f64, a_max: f64, a_min: f64, a_hat_min: f64, theta: f64 },
     /// Linear law with constant time headway, Eqs. 6 and 7.
-    Linear {
-        /// Set speed \[m/s\].
-        v_0: f64,
-        /// Time headway \[s\].
-        t_h: f64,
-        /// Standstill spacing \[m\].
-        d_0: f64,
-        /// Gain on the spacing error \[1/s²\].
-        k_s: f64,
-        /// Gain on the speed difference \[1/s\].
-        k_v: f64,
-        /// Gain on set speed minus speed \[1/s\].
-        k_0: f64,
-    },
+    Linear { v_0: f64, t_h: f64, d_0: f64, k_s: f64, k_v: f64, k_0: f64 },
     /// Linear law with the desired spacing of the IDM, Eqs. 3 and 6.
-    LinearIdm {
-        /// Set speed \[m/s\].
-        v_0: f64,
-        /// Time headway \[s\].
-        t_h: f64,
-        /// Standstill spacing \[m\].
-        d_0: f64,
-        /// Gain on the spacing error \[1/s²\].
-        k_s: f64,
-        /// Gain on the speed difference \[1/s\].
-        k_v: f64,
-        /// Gain on set speed minus speed \[1/s\].
-        k_0: f64,
-        /// Largest acceleration \[m/s²\].
-        a_max: f64,
-        /// Comfortable deceleration \[m/s²\], negative.
-        a_min: f64,
-    },
+    LinearIdm { v_0: f64, t_h: f64, d_0: f64, k_s: f64, k_v: f64, k_0: f64, a_max: f64, a_min: f64 },
     /// Linear law with the spacing of Gipps' model at equilibrium, Eqs. 6 and 8.
-    LinearGipps {
-        /// Set speed \[m/s\].
-        v_0: f64,
-        /// Apparent reaction time \[s\].
-        t_h: f64,
-        /// Standstill spacing \[m\].
-        d_0: f64,
-        /// Gain on the spacing error \[1/s²\].
-        k_s: f64,
-        /// Gain on the speed difference \[1/s\].
-        k_v: f64,
-        /// Gain on set speed minus speed \[1/s\].
-        k_0: f64,
-        /// Additional delay \[s\].
-        theta: f64,
-        /// Comfortable deceleration \[m/s²\], negative.
-        a_min: f64,
-        /// Estimate of the preceding car's deceleration \[m/s²\], negative.
-        a_hat_min: f64,
-    },
+    LinearGipps { v_0: f64, t_h: f64, d_0: f64, k_s: f64, k_v: f64, k_0: f64, theta: f64, a_min: f64, a_hat_min: f64 },
 }
 
 /// Mass and resistances of Eq. 11, in SI units.

@@ -11,6 +11,23 @@ pub(super) fn lead() -> Lead {
     Lead { name: "Synthetic(A)".to_owned(), length: 4.9, k: 0.8, tau_a: 0.3 }
 }
 
+/// A car of 4.7 m without delay, lag, load or effects, with the constant bounds.
+fn car(controller: Controller) -> CarTruth {
+    CarTruth {
+        name: String::new(),
+        length: 4.7,
+        initial_gap: 0.0,
+        controller,
+        tau_p: 0.0,
+        tau_a: 0.0,
+        load: None,
+        a_lb: BOUNDS.0,
+        a_ub: BOUNDS.1,
+        effects: Vec::new(),
+        gusts: None,
+    }
+}
+
 /// A base model to draw a follower from, by its name in files and on the command line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::EnumString, strum::IntoStaticStr, strum::VariantArray)]
 #[strum(const_into_str, serialize_all = "kebab-case")]
@@ -73,16 +90,8 @@ pub fn drawn(base: Base, seed: u64, car: usize) -> CarTruth {
     };
     CarTruth {
         name: format!("Synthetic({})", char::from(b'A' + (car as u8).min(25))),
-        length: 4.7,
         initial_gap: d_0 + 0.5,
-        controller,
-        tau_p: 0.0,
-        tau_a: 0.0,
-        load: None,
-        a_lb: BOUNDS.0,
-        a_ub: BOUNDS.1,
-        effects: Vec::new(),
-        gusts: None,
+        ..self::car(controller)
     }
 }
 
@@ -91,35 +100,26 @@ pub(super) fn followers() -> Vec<CarTruth> {
     vec![
         CarTruth {
             name: "Synthetic(B)".to_owned(),
-            length: 4.7,
             initial_gap: 3.2,
-            controller: Controller::Idm { v_0: 34.0, t_h: 1.0, d_0: 3.0, a_max: 1.6, a_min: -2.2, delta: 4.0 },
             tau_p: 0.3,
             tau_a: 0.4,
-            load: None,
-            a_lb: BOUNDS.0,
-            a_ub: BOUNDS.1,
-            effects: Vec::new(),
-            gusts: None,
+            ..car(Controller::Idm { v_0: 34.0, t_h: 1.0, d_0: 3.0, a_max: 1.6, a_min: -2.2, delta: 4.0 })
         },
         CarTruth {
             name: "Synthetic(C)".to_owned(),
             length: 4.957,
             initial_gap: 3.1,
-            controller: Controller::Linear { v_0: 34.0, t_h: 1.1, d_0: 3.0, k_s: 0.25, k_v: 0.7, k_0: 0.6 },
             tau_p: 0.1,
             tau_a: 0.2,
-            load: None,
-            a_lb: BOUNDS.0,
-            a_ub: BOUNDS.1,
-            effects: Vec::new(),
-            gusts: None,
+            ..car(Controller::Linear { v_0: 34.0, t_h: 1.1, d_0: 3.0, k_s: 0.25, k_v: 0.7, k_0: 0.6 })
         },
         CarTruth {
             name: "Synthetic(D)".to_owned(),
             length: 4.957,
             initial_gap: 3.4,
-            controller: Controller::Gipps {
+            tau_p: 0.3,
+            tau_a: 0.1,
+            ..car(Controller::Gipps {
                 v_0: 34.0,
                 t_h: 0.9,
                 d_0: 3.0,
@@ -127,28 +127,17 @@ pub(super) fn followers() -> Vec<CarTruth> {
                 a_min: -2.5,
                 a_hat_min: -2.7,
                 theta: 0.3,
-            },
-            tau_p: 0.3,
-            tau_a: 0.1,
-            load: None,
-            a_lb: BOUNDS.0,
-            a_ub: BOUNDS.1,
-            effects: Vec::new(),
-            gusts: None,
+            })
         },
         CarTruth {
             name: "Synthetic(E)".to_owned(),
             length: 4.706,
             initial_gap: 3.0,
-            controller: Controller::Idm { v_0: 38.0, t_h: 0.9, d_0: 2.8, a_max: 1.8, a_min: -2.0, delta: 4.0 },
             tau_p: 0.2,
             tau_a: 0.3,
             // Middle of Table 3's bounds for the Tesla Model 3, in SI units, with 250 kg on board.
             load: Some(RoadLoad { m_f: 2230.0, phi_f: 1.035, f_0: 205.7, f_1: 0.0, f_2: 0.363 }),
-            a_lb: BOUNDS.0,
-            a_ub: BOUNDS.1,
-            effects: Vec::new(),
-            gusts: None,
+            ..car(Controller::Idm { v_0: 38.0, t_h: 0.9, d_0: 2.8, a_max: 1.8, a_min: -2.0, delta: 4.0 })
         },
     ]
 }

@@ -100,45 +100,16 @@ struct Written {
 
 /// Fault of the description of an effect.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum EffectError {
-    /// No such effect.
     #[error("unknown effect {found:?}; expected one of {}", names())]
-    Unknown {
-        /// The request.
-        found: String,
-    },
-    /// No such parameter.
+    Unknown { found: String },
     #[error("{effect} has no parameter {found:?}; it has {}", parameters(*.effect))]
-    Parameter {
-        /// The effect.
-        effect: EffectKind,
-        /// The given text.
-        found: String,
-    },
-    /// A parameter with two values.
+    Parameter { effect: EffectKind, found: String },
     #[error("{name} of {effect} is given twice; leave one out")]
-    Twice {
-        /// The effect.
-        effect: EffectKind,
-        /// The parameter.
-        name: String,
-    },
-    /// A parameter out of its range, or not a number.
+    Twice { effect: EffectKind, name: String },
     #[error("{name} of {effect}: expected {lower} to {upper}{}, found {found}", if *unit == "-" { String::new() } else { format!(" {unit}") })]
-    Range {
-        /// The effect.
-        effect: EffectKind,
-        /// The parameter.
-        name: &'static str,
-        /// Its smallest value.
-        lower: f64,
-        /// Its largest value.
-        upper: f64,
-        /// Its unit.
-        unit: &'static str,
-        /// The given text.
-        found: String,
-    },
+    Range { effect: EffectKind, name: &'static str, lower: f64, upper: f64, unit: &'static str, found: String },
 }
 
 fn names() -> String {
@@ -181,7 +152,6 @@ impl Effect {
         Ok(self)
     }
 
-    /// Its kind.
     #[must_use]
     pub fn kind(&self) -> EffectKind {
         self.kind

@@ -32,7 +32,6 @@ pub struct Scenario {
     /// Largest step of the integration \[s\]; shortened so that a whole number of steps makes a sample.
     #[serde(rename = "dt_s")]
     pub dt: f64,
-    /// The road.
     pub road: Road,
     /// Seed of the road instead of `seed`: drives with the same one use the same hills.
     #[serde(default, skip_serializing_if = "Option::is_none")]

@@ -12,31 +12,18 @@ const ENDING: &str = ".wgsl";
 
 /// A model that does not exist.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum ModelError {
-    /// No such variant.
     #[error(transparent)]
     Unknown(#[from] UnknownVariant),
-    /// The file of a law cannot be read.
     #[error("{file}: cannot be read")]
-    File {
-        /// The file.
-        file: String,
-        /// The cause of the error.
-        source: std::io::Error,
-    },
-    /// Its text is not valid.
+    File { file: String, source: std::io::Error },
     #[error(transparent)]
     Shader(#[from] ShaderError),
-    /// It is not a law.
     #[error(
         "{file} is an extension: it has no function `{name}_law`. Give a base model and add the file to it, such as `--model idm --extend {file}`"
     )]
-    NoLaw {
-        /// The file.
-        file: String,
-        /// Its name.
-        name: String,
-    },
+    NoLaw { file: String, name: String },
 }
 
 /// The file at the start of a model's name and the parts after it: `my_law.wgsl` and `+delay`. `None` if it does not begin with a file.
@@ -67,9 +54,6 @@ pub fn law_with(law: &'static Extension, parts: &str) -> Result<Variant, Unknown
 }
 
 /// A model by its id, its name, or the file of a law: `31`, `gipps+delay`, `my_law.wgsl+delay`.
-///
-/// # Errors
-/// [`ModelError`].
 pub fn read_model(model: &str) -> Result<Variant, ModelError> {
     let Some((file, parts)) = law_file(model) else { return Ok(model.parse()?) };
     let text = read_to_string(Path::new(file), TEXT_MAX)

@@ -9,9 +9,11 @@ pub use page::{Fit, Shown, page};
 pub use text::text;
 
 use crate::fleet::{
-    Comparison, EVALUATIONS_PER_PARAMETER, Overview, Pair, Row, Rule, SCHEMA_VERSION, Settings, overview,
+    Comparison, EVALUATIONS_PER_PARAMETER, Overview, Pair, ParameterOverview, Row, Rule, SCHEMA_VERSION, Settings,
+    overview,
 };
 use crate::identify::{SHORT, SHORT_S};
+use crate::report::html::short;
 use crate::result::ExtensionEntry;
 use crate::trajectory::{Source, Treatment};
 use indexmap::IndexMap;
@@ -32,7 +34,6 @@ pub struct FleetFile {
     pub doubtful: IndexMap<String, String>,
     /// Reasons for missing results, without the place, and their numbers; pairs times models and measures.
     pub reasons: IndexMap<String, usize>,
-    /// The convention.
     pub convention: String,
     /// The column map, if the files have one: the name of a built-in one, or a file.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -45,7 +46,6 @@ pub struct FleetFile {
     pub treatment: Option<Treatment>,
     /// The algorithm.
     pub optimizer: String,
-    /// The seed.
     pub seed: u64,
     /// Largest number of simulations of a search, if requested.
     pub max_evaluations: Option<u64>,
@@ -254,4 +254,20 @@ fn kind(reason: &str) -> String {
         }
     }
     kind.replace("#.#", "#")
+}
+
+/// A parameter with its unit.
+fn heading(parameter: &ParameterOverview) -> String {
+    match parameter.unit.as_str() {
+        "-" => parameter.name.clone(),
+        unit => format!("{} [{unit}]", parameter.name),
+    }
+}
+
+fn percent(share: f64) -> String {
+    format!("{:.0} %", 100.0 * share)
+}
+
+fn range([low, high]: [f64; 2]) -> String {
+    format!("{} to {}", short(low), short(high))
 }

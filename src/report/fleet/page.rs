@@ -2,7 +2,7 @@
 
 use super::figures::{self, Distribution};
 use super::forest::{Estimates, forest};
-use super::{ADVICE, FleetFile, pairs};
+use super::{ADVICE, FleetFile, heading, pairs, percent, range};
 use crate::fleet::Overview;
 use crate::report::html::{MadeBy, Page, escape, short, within};
 
@@ -15,7 +15,6 @@ pub struct Shown {
     pub name: String,
     /// Its file and trajectory.
     pub label: String,
-    /// The model.
     pub model: String,
     /// The minimised measure.
     pub gof: String,
@@ -115,7 +114,11 @@ fn drivers(page: &mut Page, one: &Overview, rows: &[Shown]) {
     let shown: Vec<Distribution> = varying
         .iter()
         .zip(&values)
-        .map(|(i, values)| Distribution { name: heading(one, *i), values, spread: one.parameters[*i].spread })
+        .map(|(i, values)| Distribution {
+            name: heading(&one.parameters[*i]),
+            values,
+            spread: one.parameters[*i].spread,
+        })
         .collect();
     if own.len() <= FEW {
         let ends = |i: usize| own.iter().map(|row| row.ends[i]).collect();
@@ -148,21 +151,12 @@ fn varying(one: &Overview, own: &[&Shown]) -> Vec<usize> {
     (0..one.parameters.len()).filter(varies).collect()
 }
 
-/// A parameter with its unit.
-fn heading(one: &Overview, place: usize) -> String {
-    let parameter = &one.parameters[place];
-    match parameter.unit.as_str() {
-        "-" => parameter.name.clone(),
-        unit => format!("{} [{unit}]", parameter.name),
-    }
-}
-
 /// The parameters of a model: of each driver if they are few, and over all drivers. `model` ends the captions.
 fn tables(page: &mut Page, one: &Overview, rows: &[Shown], model: &str) {
     let own = of(one, rows);
     let varying = varying(one, &own);
     if own.len() <= FEW {
-        let names: Vec<String> = varying.iter().map(|i| heading(one, *i)).collect();
+        let names: Vec<String> = varying.iter().map(|i| heading(&one.parameters[*i])).collect();
         let head: Vec<&str> =
             ["driver", one.gof.as_str()].into_iter().chain(names.iter().map(String::as_str)).collect();
         let row = |row: &&Shown| {
@@ -178,10 +172,8 @@ fn tables(page: &mut Page, one: &Overview, rows: &[Shown], model: &str) {
         };
         page.table(&format!("Driver by driver{model}"), &head, &own.iter().map(row).collect::<Vec<_>>());
     }
-    let percent = |share: f64| format!("{:.0} %", 100.0 * share);
     let row = |parameter: &crate::fleet::ParameterOverview| {
         let spread = parameter.spread?;
-        let range = |[low, high]: [f64; 2]| format!("{} to {}", short(low), short(high));
         Some(vec![
             parameter.name.clone(),
             short(spread.median),
@@ -207,9 +199,8 @@ fn compared(page: &mut Page, file: &FleetFile, rows: &[Shown]) {
     page.section("models", "Which model fits best");
     let row = |one: &Overview| {
         let own = one.score.map_or("–".to_owned(), |score| short(score.median));
-        let [median, range] = one.compared.map_or(["–".to_owned(), "–".to_owned()], |s| {
-            [short(s.median), format!("{} to {}", short(s.nine_tenths[0]), short(s.nine_tenths[1]))]
-        });
+        let [median, range] =
+            one.compared.map_or(["–".to_owned(), "–".to_owned()], |s| [short(s.median), range(s.nine_tenths)]);
         let behind = one.behind.map_or("–".to_owned(), |behind| behind.told());
         let best = format!("{} of {}", one.best, one.calibrated);
         vec![one.model.clone(), one.gof.clone(), own, median, range, best, behind, one.failed.to_string()]
@@ -240,27 +231,23 @@ fn compared(page: &mut Page, file: &FleetFile, rows: &[Shown]) {
 
 fn scores(page: &mut Page, one: &Overview, rows: &[Shown], fits: &[Fit]) {
     page.section("fits", "How well it fits");
-    let own: Vec<f64> = rows
-        .iter()
-        .filter(|row| row.model == one.model && row.gof == one.gof && row.score.is_finite())
-        .map(|row| row.score)
-        .collect();
+    let own: Vec<f64> = of(one, rows).iter().map(|row| row.score).collect();
     let name = format!("{} (lower is better)", one.gof);
     page.picture("The scores", &figures::histograms(&[Distribution { name, values: &own, spread: one.score }]));
     if fits.is_empty() {
         return;
     }
-    let of =
+    let of_pair =
         |pair: usize| rows.iter().filter(move |row| row.pair == pair && row.gof == one.gof && row.score.is_finite());
     let named: Vec<(String, &Fit)> = fits
         .iter()
         .map(|fit| {
-            let best = of(fit.pair).min_by(|a, b| a.score.total_cmp(&b.score));
+            let best = of_pair(fit.pair).min_by(|a, b| a.score.total_cmp(&b.score));
             (best.map_or(String::new(), |row| format!("{}: {} {}", row.name, row.model, short(row.score))), fit)
         })
         .collect();
     page.picture("The worst fits", &figures::fits(&named));
-    let row = |fit: &Fit| of(fit.pair).next().map(|row| vec![row.name.clone(), row.label.clone()]);
+    let row = |fit: &Fit| of_pair(fit.pair).next().map(|row| vec![row.name.clone(), row.label.clone()]);
     page.table("Where they are", &["pair", "file and trajectory"], &fits.iter().filter_map(row).collect::<Vec<_>>());
 }
 

@@ -1,6 +1,6 @@
 //! A fleet in some ten lines.
 
-use super::{ADVICE, FleetFile, pairs};
+use super::{ADVICE, FleetFile, heading, pairs, percent, range};
 use crate::fleet::{Overview, Spread};
 use crate::report::html::short;
 use crate::report::text::wrapped;
@@ -78,10 +78,7 @@ fn parameters(one: &Overview, intervals: bool) -> String {
     text += &one.score.as_ref().map_or(String::new(), |score| spread(&one.gof, score, "", ""));
     for parameter in &one.parameters {
         let Some(own) = &parameter.spread else { continue };
-        let name = match parameter.unit.as_str() {
-            "-" => parameter.name.clone(),
-            unit => format!("{} [{unit}]", parameter.name),
-        };
+        let name = heading(parameter);
         let determined = parameter.determined.map_or(String::new(), percent);
         text += &spread(&name, own, &percent(parameter.at_bound), &determined);
     }
@@ -91,12 +88,4 @@ fn parameters(one: &Overview, intervals: bool) -> String {
         text += &wrapped(0, 2, &format!("Medians without the pairs of doubtful data: {}.", sound.join(", ")));
     }
     text
-}
-
-fn percent(share: f64) -> String {
-    format!("{:.0} %", 100.0 * share)
-}
-
-fn range([low, high]: [f64; 2]) -> String {
-    format!("{} to {}", short(low), short(high))
 }

@@ -9,7 +9,6 @@ const STRETCHES: usize = 1200;
 /// Panels over one time axis, zoomed together.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Chart {
-    /// Its title.
     pub title: String,
     /// Name of the horizontal axis.
     pub x_label: String,

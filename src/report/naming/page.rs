@@ -15,7 +15,6 @@ pub struct Provenance {
     pub command: String,
     /// Program and version.
     pub program: String,
-    /// The machine.
     pub machine: String,
     /// The date of writing, such as `2026-11-23`.
     pub date: String,
@@ -23,18 +22,13 @@ pub struct Provenance {
 
 /// Why a page cannot take the part.
 #[derive(Debug, thiserror::Error, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum PageError {
-    /// A line that marks the place is missing or repeated, or the lines are in the wrong order.
     #[error(
         "expected the line `{BEGIN}` once, and the line `{END}` once below it; found them {begins} and {ends} times{order}; put both where the results belong",
         order = if *.begins == 1 && *.ends == 1 { ", in the wrong order" } else { "" }
     )]
-    Marks {
-        /// Number of the first one.
-        begins: usize,
-        /// Number of the second one.
-        ends: usize,
-    },
+    Marks { begins: usize, ends: usize },
 }
 
 /// The page with the part between the lines [`BEGIN`] and [`END`] replaced.

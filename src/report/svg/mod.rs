@@ -18,30 +18,14 @@ const AXIS: &str = "#787878";
 
 /// Why a plot cannot be drawn.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum SvgError {
-    /// No time axis.
     #[error(
         "times to plot over: expected at least 2, finite and increasing; found {samples}, first fault at sample {at}"
     )]
-    Time {
-        /// Number of times.
-        samples: usize,
-        /// Index of the first time that is missing, not finite or not later than the one before.
-        at: usize,
-    },
-    /// A series that does not belong to the time axis.
+    Time { samples: usize, at: usize },
     #[error("series `{series}` of panel `{panel}`: expected {expected} values, one per time, found {found}")]
-    Length {
-        /// Label of the panel.
-        panel: String,
-        /// Name of the series.
-        series: String,
-        /// Number of times.
-        expected: usize,
-        /// Number of values.
-        found: usize,
-    },
-    /// No panels at all.
+    Length { panel: String, series: String, expected: usize, found: usize },
     #[error("panels to plot: expected at least 1, found none")]
     NoPanels,
 }

@@ -18,7 +18,6 @@ const EXTEND: &str = "calibration.extend";
 pub struct StoredExtension {
     /// As the plan gives it.
     pub given: String,
-    /// Its name.
     pub name: String,
     /// The whole text of a user's own; none for a built-in one.
     #[serde(default, skip_serializing_if = "Option::is_none")]

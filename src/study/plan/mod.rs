@@ -89,7 +89,6 @@ pub struct CalibrationPlan {
     pub laws: Vec<Extend>,
     /// Measures to minimise, one study each.
     pub gofs: Vec<GoodnessOfFit>,
-    /// The convention.
     pub convention: Convention,
     /// Calibrations per trajectory, variant and goodness of fit.
     pub replicates: u64,
@@ -112,7 +111,6 @@ pub struct CalibrationPlan {
 pub struct Extend {
     /// The name of a built-in one, or the file, as the plan gives it.
     pub given: String,
-    /// The extension.
     pub extension: &'static Extension,
 }
 
@@ -147,9 +145,6 @@ impl Plan {
     }
 
     /// Parses a plan. `path` is for messages; `folder` is where relative names start, `name` the default name of the study.
-    ///
-    /// # Errors
-    /// As [`Plan::read`].
     pub fn parse(content: &str, path: &str, folder: &Path, name: &str) -> Result<Plan, PlanError> {
         text::read(content, path, folder, name, &[])
     }

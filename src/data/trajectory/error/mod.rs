@@ -19,41 +19,16 @@ pub const PROBLEMS_SHOWN: usize = 10;
 /// A file of measured data could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum ImportError {
-    /// The file could not be opened.
     #[error("{path}: expected a readable file")]
-    Open {
-        /// The path as given.
-        path: String,
-        /// The cause of the error.
-        source: io::Error,
-    },
-    /// It is a folder.
+    Open { path: String, source: io::Error },
     #[error("{path}: expected a file, found a folder; name the files in it")]
-    Folder {
-        /// The path as given.
-        path: String,
-    },
-    /// The file was opened, but reading stopped.
+    Folder { path: String },
     #[error("{path}:{line}: reading stopped here")]
-    Read {
-        /// The path as given.
-        path: String,
-        /// Line that was being read, counted from 1.
-        line: u64,
-        /// The cause of the error.
-        source: io::Error,
-    },
-    /// The file was read and its content refused.
+    Read { path: String, line: u64, source: io::Error },
     #[error("{}", list(path, problems, *more))]
-    Rejected {
-        /// The path as given.
-        path: String,
-        /// The first problems, in file order.
-        problems: Vec<Problem>,
-        /// Number of further problems that are not listed.
-        more: u64,
-    },
+    Rejected { path: String, problems: Vec<Problem>, more: u64 },
 }
 
 /// One line per problem, each with its place: `file:line:column: message`.

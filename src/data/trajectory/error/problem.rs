@@ -48,11 +48,7 @@ pub enum ProblemKind {
         "the fields are separated by {found}; expected commas, and a point in decimal numbers: convert the file{}",
         by_map(*mapped)
     )]
-    Separator {
-        found: &'static str,
-        /// Name of the separator in a column map, if one could read the file.
-        mapped: Option<&'static str>,
-    },
+    Separator { found: &'static str, mapped: Option<&'static str> },
     #[error(
         "the header line is missing, the first line has numbers: {}; put a line with the names of the columns before it, for a pair time_s,lead_speed_mps,speed_mps,spacing_m in the order of the file, or give them as header = [...] in a column map (--columns)",
         some(found)
@@ -82,7 +78,6 @@ pub enum ProblemKind {
         columns: Vec<String>,
         has: Vec<String>,
         needed: Vec<String>,
-        /// Pairs of a column of the file and the missing column that it may stand for.
         renames: Vec<(String, String)>,
         advice: String,
     },
@@ -105,12 +100,7 @@ pub enum ProblemKind {
         quoted(found),
         if *mapped { ", or set decimal = \"comma\" in the column map" } else { "" }
     )]
-    DecimalComma {
-        column: String,
-        found: String,
-        /// True if a column map could set it.
-        mapped: bool,
-    },
+    DecimalComma { column: String, found: String, mapped: bool },
     #[error(
         "column {column}: expected a number with a decimal comma and no point, found {}; the column map says decimal = \"comma\"",
         quoted(found)

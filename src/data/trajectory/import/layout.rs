@@ -34,7 +34,6 @@ impl Layout {
     pub const ALL: [Layout; 5] =
         [Layout::OpenAcc, Layout::AstazeroRebuilt, Layout::AstazeroProcessed, Layout::UltraAv, Layout::Pair];
 
-    /// Their names.
     #[must_use]
     pub fn names() -> [&'static str; 5] {
         Layout::ALL.map(|layout| layout.into_str())
@@ -88,7 +87,6 @@ pub(super) fn named(line: &str) -> usize {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error("no layout {name}; expected {}{}", any_of(&Layout::names()), did_you_mean(name, Layout::names()))]
 pub struct UnknownLayout {
-    /// The name.
     pub name: String,
 }
 

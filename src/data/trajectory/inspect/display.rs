@@ -1,6 +1,7 @@
 //! The inspection as text, 80 columns wide unless names are long.
 
 use super::{CarInspection, FollowerInspection, Inspection, PlatoonInspection, SignalInspection, rounded};
+use crate::text::shown::first;
 use crate::trajectory::{Layout, Stretch};
 use std::fmt;
 
@@ -62,13 +63,11 @@ fn write_pairs(f: &mut fmt::Formatter<'_>, platoons: &[&PlatoonInspection]) -> f
         .map(|platoon| format!("{} ({})", platoon.name(), platoon.doubts().join(", ")))
         .collect();
     if !doubtful.is_empty() {
-        let more = if doubtful.len() > LISTED_MAX { ", ..." } else { "" };
-        let named = &doubtful[..doubtful.len().min(LISTED_MAX)];
         writeln!(
             f,
-            "\nwarning: {} pairs have doubtful data, of the followers {}{more}",
+            "\nwarning: {} pairs have doubtful data, of the followers {}",
             doubtful.len(),
-            named.join(", ")
+            first(&doubtful, LISTED_MAX)
         )?;
     }
     writeln!(f, "\nthe longest in full (--follower chooses another one):")

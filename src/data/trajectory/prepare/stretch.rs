@@ -1,11 +1,9 @@
 //! Segments between long gaps, for messages that offer the choice.
 
+use crate::text::shown::NAMED;
 use crate::trajectory::Trajectory;
 use serde::Serialize;
 use std::fmt;
-
-/// Largest number of named segments; the others are counted.
-const NAMED: usize = 5;
 
 /// One stretch between long gaps: a choice of `--segment`.
 #[derive(Debug, Clone, PartialEq, Serialize)]

@@ -141,7 +141,6 @@ impl fmt::Display for Remedy {
 /// One fault of the data.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Finding {
-    /// Its kind.
     #[serde(rename = "name")]
     pub kind: FindingKind,
     /// The car of the signal.

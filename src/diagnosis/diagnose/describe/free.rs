@@ -14,17 +14,14 @@ use serde::{Deserialize, Serialize};
 
 /// A gain that cannot be measured.
 #[derive(Debug, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum GainError {
-    /// A case of the variant is invalid.
     #[error(transparent)]
     Case(#[from] CaseError),
-    /// The bounds or the drives are invalid.
     #[error(transparent)]
     Model(#[from] DiagnoseError),
-    /// The calibration failed.
     #[error(transparent)]
     Calibrate(#[from] CalibrateError),
-    /// The simulation failed.
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
 }

@@ -62,33 +62,16 @@ pub struct Jump {
 
 /// A trajectory that cannot be diagnosed.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum DriveError {
-    /// It is too short, or jumps of the gap leave no piece.
     #[error("{label}: {}", too_short(*jumps, *longest, *shortest))]
-    TooShort {
-        /// The trajectory.
-        label: String,
-        /// Number of jumps.
-        jumps: usize,
-        /// The longest piece \[s\].
-        longest: f64,
-        /// The shortest allowed piece \[s\].
-        shortest: f64,
-    },
-    /// It is long enough, but its parts are not.
+    TooShort { label: String, jumps: usize, longest: f64, shortest: f64 },
     #[error(
         "{label}: it has {whole:.1} s, of which the last third ({held:.1} s) is held back; either part needs a stretch of {SHORTEST_S} s, \
          so {:.0} s in all; give a longer recording, or --holdout OTHER.csv, which keeps all of this one for training",
         SHORTEST_S / (1.0 - TRAINED_ON)
     )]
-    HeldBack {
-        /// The trajectory.
-        label: String,
-        /// Its whole length \[s\].
-        whole: f64,
-        /// The length held back \[s\].
-        held: f64,
-    },
+    HeldBack { label: String, whole: f64, held: f64 },
 }
 
 fn too_short(jumps: usize, longest: f64, shortest: f64) -> String {
@@ -154,18 +137,12 @@ impl Drive {
     }
 
     /// The case of a variant on this drive, under the convention `paper`; the bounds give the longest delay.
-    ///
-    /// # Errors
-    /// As [`Case::new`].
     pub fn case(&self, variant: Variant, bounds: &Overrides) -> Result<Case, CaseError> {
         let upper = |symbol: Symbol| bounds.get(symbol.name()).map(|[_, upper]| *upper);
         self.case_within(variant, upper(Symbol::tau_p), variant.extensions.delay().and_then(upper))
     }
 
     /// The same for a comparison with another variant: both start where the later one has the past that it needs.
-    ///
-    /// # Errors
-    /// As [`Case::new`].
     pub fn case_beside(&self, variant: Variant, other: Variant, bounds: &Overrides) -> Result<Case, CaseError> {
         let [case, other] = [self.case(variant, bounds)?, self.case(other, bounds)?];
         let first = |case: &Case| case.first_sample(case.longest_delay());

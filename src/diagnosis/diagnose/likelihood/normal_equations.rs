@@ -14,7 +14,6 @@ use rayon::prelude::*;
 pub struct NormalEquations {
     /// Negative log-likelihood, without the constant.
     pub cost: f64,
-    /// Its gradient.
     pub gradient: DVector<f64>,
     /// Fisher's information.
     pub information: DMatrix<f64>,

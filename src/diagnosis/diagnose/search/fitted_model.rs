@@ -17,7 +17,6 @@ use std::sync::atomic::{AtomicU64, Ordering};
 
 /// Data, masks and the question; all threads share them.
 pub struct Context<'a> {
-    /// The question.
     pub question: &'a Question<'a>,
     /// All training samples except the first ones of each drive.
     pub whole: Vec<Mask>,
@@ -54,17 +53,11 @@ impl<'a> Context<'a> {
     }
 
     /// A model of the training drives, with the nuisance lead.
-    ///
-    /// # Errors
-    /// As [`Model::new`].
     pub fn model(&self, variant: Variant, events: &[Event]) -> Result<Model, DiagnoseError> {
         Model::new(self.with_lead(variant)?, self.question.train, self.question.bounds, events)
     }
 
     /// The same over the hold-out drives; there, an event of one recording happens only in the held-back end of this recording.
-    ///
-    /// # Errors
-    /// As [`Model::new`].
     pub fn held_out(&self, variant: Variant, events: &[Event]) -> Result<Model, DiagnoseError> {
         let Question { train, holdout, bounds, .. } = *self.question;
         let there = |event: &Event| {
@@ -160,9 +153,6 @@ impl FittedModel {
 
     /// The log-likelihood of each fold under the fit to the other one. Times of events stay at the fit to all data. So do all parameters of
     /// a cause that acts in one stretch only: it happens once, so it cannot be held out.
-    ///
-    /// # Errors
-    /// As [`fit`].
     pub fn cross_fit(&self, setting: &Context<'_>) -> Result<CrossValidated, DiagnoseError> {
         let mut axes = self.model.axes.clone();
         let local = self.causes.iter().filter(|cause| is_local(cause)).flat_map(|cause| self.model.positions(cause));
@@ -205,9 +195,6 @@ impl FittedModel {
     /// speed that no training drive reaches, then does not count against a cause; a base that absorbs the cause does. The search also
     /// starts from textbook values of free driving, and from the fit of another model: a model must not lose because its optimum was
     /// missed.
-    ///
-    /// # Errors
-    /// As [`Model::new`].
     pub fn transfer(&self, setting: &Context<'_>, other: Option<&Transferred>) -> Result<Transferred, DiagnoseError> {
         let model = setting.held_out(self.variant, &self.model.events)?;
         let point = &self.fit.point;
@@ -232,9 +219,6 @@ impl FittedModel {
     }
 
     /// Inflation of thresholds by the correlation of the innovations.
-    ///
-    /// # Errors
-    /// As [`Predictor::residuals`].
     pub fn inflation(&self, setting: &Context<'_>) -> Result<f64, DiagnoseError> {
         let (mut residuals, mut designs) = (Vec::new(), Vec::new());
         for (drive, (samples, dt)) in self.model.drives().into_iter().enumerate() {
@@ -269,18 +253,12 @@ pub struct Transferred {
 
 impl Transferred {
     /// Log-likelihood per drive and block.
-    ///
-    /// # Errors
-    /// As [`Predictor::residuals`].
     pub fn scores(&self, setting: &Context<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         scored(&self.model, &self.point, &setting.holdout)
     }
 
     /// Change by a cause there \[nats\], per block: its expected gain if it is real. A cap that the hold-out never reaches changes nothing,
     /// whatever the truth. Infinite if a run fails.
-    ///
-    /// # Errors
-    /// As [`Predictor::residuals`].
     pub fn changed_by(&self, setting: &Context<'_>, cause: &Extension) -> Result<Vec<f64>, DiagnoseError> {
         let Transferred { model, point } = self;
         let mut without = point.values.clone();

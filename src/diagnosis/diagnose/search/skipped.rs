@@ -26,7 +26,6 @@ pub enum Untried {
 pub type Skipped = (&'static Extension, Untried);
 
 impl Untried {
-    /// The remedy.
     #[must_use]
     pub fn remedy(&self) -> String {
         match self {

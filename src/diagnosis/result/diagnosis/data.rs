@@ -16,11 +16,9 @@ pub struct FindingEntry {
     pub signal: String,
     /// Its size.
     pub value: f64,
-    /// Its unit.
     pub unit: String,
     /// 95 % interval.
     pub interval: Option<[f64; 2]>,
-    /// The file.
     pub file: String,
     /// Id of the trajectory, if the file has several.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -123,7 +121,6 @@ pub struct DataEntry {
     pub role: String,
     /// Window that is used \[s\], in the file's own time.
     pub window_s: [f64; 2],
-    /// Samples.
     pub samples: usize,
     /// Gap rate minus speed difference over a second, rms \[m/s\].
     pub gap_rate_rms_mps: Option<f64>,

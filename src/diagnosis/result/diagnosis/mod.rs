@@ -55,9 +55,7 @@ pub struct ShareEntry {
 pub struct Outcome {
     /// [`SCHEMA_VERSION`].
     pub schema_version: u32,
-    /// The verdict.
     pub verdict: Verdict,
-    /// The reason.
     pub reason: String,
     /// Adopted causes in order; for `ambiguous` the best one first.
     pub causes: Vec<CauseEntry>,
@@ -110,14 +108,12 @@ pub struct Outcome {
     /// See `evaluator`.
     #[serde(default)]
     pub adapter: Option<String>,
-    /// The convention.
     #[serde(default)]
     pub convention: String,
     /// Seed of all random numbers.
     pub seed: u64,
     /// `quick`, `normal` or `thorough`.
     pub effort: String,
-    /// The data.
     pub data: Vec<DataEntry>,
     /// The drives in the order of the numbered files: training, then held back.
     pub drives: Vec<DriveEntry>,

@@ -9,7 +9,6 @@ use serde::{Deserialize, Serialize};
 /// A parameter with its uncertainty.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct ParameterEntry {
-    /// Its name.
     pub name: String,
     /// Estimate.
     pub value: f64,
@@ -38,7 +37,6 @@ pub struct CauseEntry {
     pub instead_of: Option<String>,
     /// Its equivalence class.
     pub family: String,
-    /// Its parameters.
     pub parameters: Vec<ParameterEntry>,
     /// Held-out gain in log-likelihood \[nats\].
     pub evidence: f64,
@@ -54,15 +52,12 @@ pub struct CauseEntry {
 /// A cause that could not be tried.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize, Deserialize)]
 pub struct NotTriedEntry {
-    /// Its name.
     pub name: String,
-    /// The reason.
     #[serde(default)]
     pub reason: String,
     /// The missing data, if that is the reason.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub needs: Option<String>,
-    /// The remedy.
     pub remedy: String,
 }
 
@@ -92,7 +87,6 @@ pub struct LeftOverEntry {
 /// A cause that was tried.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RungEntry {
-    /// Its name.
     pub name: String,
     /// Round, from 1.
     pub round: usize,
@@ -170,9 +164,7 @@ impl From<&Fitted> for ModelEntry {
 pub struct ModelEntry {
     /// Name of the variant.
     pub variant: String,
-    /// Its extensions.
     pub extensions: Vec<String>,
-    /// Its parameters.
     pub parameters: Vec<ParameterEntry>,
     /// Its noise; `None` of a fleet, whose models have no likelihood.
     #[serde(flatten)]

@@ -89,7 +89,6 @@ pub struct Recommended {
 /// Another law on the same drives.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct LawEntry {
-    /// Its name.
     pub name: String,
     /// Share by which its error on unseen drives is smaller than that of the base; negative if larger.
     pub gain: f64,
@@ -123,7 +122,6 @@ pub struct HorizonGain {
 /// A model of the race.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Trial {
-    /// Its causes.
     pub causes: Vec<String>,
     /// Share by which the error on unseen drives falls, over whole drives.
     pub gain: f64,

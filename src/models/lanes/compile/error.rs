@@ -5,46 +5,22 @@ use naga::Span;
 
 /// A text that cannot become a block program.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
+#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum LanesError {
-    /// Not WGSL at all.
     #[error(transparent)]
     Shader(#[from] ShaderError),
-    /// Valid WGSL, but more than parts may use.
     #[error(
         "{file}:{line}:{column}: {construct} cannot run on the CPU; parts use f32, bool, structs, let, var, if without \
          return, calls, select, arithmetic, comparisons, power exponential logarithm, and min max clamp abs sqrt sin cos floor\n  {code}"
     )]
-    Unsupported {
-        /// The file as composed.
-        file: String,
-        /// Line in that file, from 1.
-        line: usize,
-        /// Column, from 1.
-        column: usize,
-        /// The construct.
-        construct: String,
-        /// The line as written.
-        code: String,
-    },
-    /// More operations than rows.
+    Unsupported { file: String, line: usize, column: usize, construct: String, code: String },
     #[error(
         "the model has {operations} operations with calls inlined, and the CPU allows at most {most}; use fewer extensions, \
          or shorter ones"
     )]
-    TooLarge {
-        /// Operations of a step and of a start.
-        operations: usize,
-        /// Most of them.
-        most: usize,
-    },
-    /// A function that the time loop needs is missing.
+    TooLarge { operations: usize, most: usize },
     #[error("function `{name}` is missing; the text has {}", if found.is_empty() { "none".to_owned() } else { found.join(", ") })]
-    Missing {
-        /// Its name.
-        name: String,
-        /// The functions there are.
-        found: Vec<String>,
-    },
+    Missing { name: String, found: Vec<String> },
 }
 
 impl LanesError {

@@ -54,7 +54,6 @@ pub enum Op {
 }
 
 impl Op {
-    /// Its operands.
     pub fn operands(&self) -> impl Iterator<Item = Id> {
         let operands = match *self {
             Op::Input(_) | Op::Constant(_) => [None; 3],

@@ -37,6 +37,16 @@ pub struct Traces<'a> {
     pub to: usize,
 }
 
+/// A job whose runs are corrected towards the measurement.
+#[derive(Debug, Clone, Copy)]
+pub struct Observing<'a> {
+    pub cases: &'a [Case],
+    pub job: &'a Job<'a>,
+    pub settings: &'a Settings,
+    /// One per candidate; none for free runs.
+    pub observers: &'a [Observer],
+}
+
 /// Blocks of one size.
 #[derive(Debug)]
 struct Blocks<T, const L: usize> {
@@ -214,24 +224,31 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         self.streams.iter().map(|stream| stream.longest).max().unwrap_or(0)
     }
 
-    /// Runs with observers, one per candidate, and their sums.
-    pub fn observed(
+    /// What `read` returns of every part of a job, for blocks of one of the two sizes, in the order of the population.
+    fn in_parts<R: Clone + Send>(
         &self,
-        cases: &[Case],
-        job: &Job<'_>,
-        settings: &Settings,
-        observers: &[Observer],
-    ) -> Result<Vec<Observed>, EvaluateError> {
-        let plan = self.planned(cases, job, self.lanes(&[*job]))?;
-        let (jobs, columns) = ([*job], self.columns(&[*job]));
-        let observe = |part: &Part| {
-            let mut run = self.prepare(&jobs, settings, &columns, &plan, part);
-            run.observers = observers;
-            if plan.lanes == A { self.observe(&self.large, &mut run) } else { self.observe(&self.small, &mut run) }
+        of: Observing<'_>,
+        lanes: usize,
+        empty: R,
+        read: impl Fn(Run<'_, T>, bool) -> Vec<R> + Sync,
+    ) -> Result<Vec<R>, EvaluateError> {
+        let plan = self.planned(of.cases, of.job, lanes)?;
+        let (jobs, columns) = ([*of.job], self.columns(&[*of.job]));
+        let one = |part: &Part| {
+            let run = self.prepare(&jobs, of.settings, &columns, &plan, part);
+            read(Run { observers: of.observers, ..run }, plan.lanes == A)
         };
-        let several: Vec<Vec<Observed>> = plan.parts.par_iter().map(observe).collect();
-        let empty = Observed { raw: Raw::default(), blocks: Vec::new() };
+        let several: Vec<Vec<R>> = plan.parts.par_iter().map(one).collect();
         Ok(in_order(&plan.order, several.into_iter().flatten(), empty))
+    }
+
+    /// The sums of runs.
+    pub fn observed(&self, of: Observing<'_>) -> Result<Vec<Observed>, EvaluateError> {
+        let empty = Observed { raw: Raw::default(), blocks: Vec::new() };
+        self.in_parts(of, self.lanes(&[*of.job]), empty, |mut run, is_large| match is_large {
+            true => self.observe(&self.large, &mut run),
+            false => self.observe(&self.small, &mut run),
+        })
     }
 
     fn observe<const L: usize>(&self, blocks: &Blocks<T, L>, run: &mut Run<'_, T>) -> Vec<Observed> {
@@ -251,25 +268,11 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         observed
     }
 
-    /// Runs with observers, one per candidate, sample by sample; in small blocks, because all their samples are stored.
-    pub fn innovations(
-        &self,
-        cases: &[Case],
-        job: &Job<'_>,
-        settings: &Settings,
-        observers: &[Observer],
-    ) -> Result<Vec<Innovations>, EvaluateError> {
-        let plan = self.planned(cases, job, B)?;
-        let (jobs, columns) = ([*job], self.columns(&[*job]));
-        let record = |part: &Part| {
-            let mut run = self.prepare(&jobs, settings, &columns, &plan, part);
-            run.observers = observers;
-            self.record(run)
-        };
-        let several: Vec<Vec<Innovations>> = plan.parts.par_iter().map(record).collect();
+    /// Runs sample by sample; in small blocks, because all their samples are stored.
+    pub fn innovations(&self, of: Observing<'_>) -> Result<Vec<Innovations>, EvaluateError> {
         let empty =
             Innovations { failed: None, first: 0, residual: Vec::new(), state: Vec::new(), acceleration: Vec::new() };
-        Ok(in_order(&plan.order, several.into_iter().flatten(), empty))
+        self.in_parts(of, B, empty, |run, _| self.record(run))
     }
 
     fn record(&self, run: Run<'_, T>) -> Vec<Innovations> {
@@ -301,24 +304,19 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         all
     }
 
-    /// Runs with observers, one per candidate: only the residuals, stretch by stretch, for fits.
+    /// Only the residuals of runs, stretch by stretch, for fits.
     pub fn residuals(
         &self,
-        cases: &[Case],
-        job: &Job<'_>,
-        settings: &Settings,
-        observers: &[Observer],
+        of: Observing<'_>,
         each: &mut dyn FnMut(&Residuals),
     ) -> Result<Vec<Option<Failure>>, EvaluateError> {
-        Ok(self.stretches(cases, job, (settings, observers), Leaving::Residuals, each)?.1)
+        Ok(self.stretches(of, Leaving::Residuals, each)?.1)
     }
 
     /// Runs stretch by stretch, in the order of the population; which failed.
     fn stretches(
         &self,
-        cases: &[Case],
-        job: &Job<'_>,
-        (settings, observers): (&Settings, &[Observer]),
+        Observing { cases, job, settings, observers }: Observing<'_>,
         what: Leaving,
         each: &mut dyn FnMut(&Residuals),
     ) -> Result<(Plan, Vec<Option<Failure>>), EvaluateError> {
@@ -338,27 +336,12 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         Ok((plan, failed))
     }
 
-    /// Scores of runs with observers, one per candidate, and their shortfalls.
-    pub fn soft_scores(
-        &self,
-        cases: &[Case],
-        job: &Job<'_>,
-        settings: &Settings,
-        observers: &[Observer],
-    ) -> Result<Vec<(Score, f64)>, EvaluateError> {
-        let plan = self.planned(cases, job, self.lanes(&[*job]))?;
-        let (jobs, columns) = ([*job], self.columns(&[*job]));
-        let score = |part: &Part| {
-            let mut run = self.prepare(&jobs, settings, &columns, &plan, part);
-            run.observers = observers;
-            if plan.lanes == A {
-                self.soft_score(&self.large, &mut run)
-            } else {
-                self.soft_score(&self.small, &mut run)
-            }
-        };
-        let several: Vec<Vec<(Score, f64)>> = plan.parts.par_iter().map(score).collect();
-        Ok(in_order(&plan.order, several.into_iter().flatten(), (Score::Rejected, 0.0)))
+    /// Scores of runs, and their shortfalls.
+    pub fn soft_scores(&self, of: Observing<'_>) -> Result<Vec<(Score, f64)>, EvaluateError> {
+        self.in_parts(of, self.lanes(&[*of.job]), (Score::Rejected, 0.0), |mut run, is_large| match is_large {
+            true => self.soft_score(&self.large, &mut run),
+            false => self.soft_score(&self.small, &mut run),
+        })
     }
 
     fn soft_score<const L: usize>(&self, blocks: &Blocks<T, L>, run: &mut Run<'_, T>) -> Vec<(Score, f64)> {
@@ -372,21 +355,14 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     }
 
     /// Scores with derivatives, in the order of `differences`; those of a run that fails are infinite.
-    pub fn slopes(
-        &self,
-        cases: &[Case],
-        job: &Job<'_>,
-        settings: &Settings,
-        observers: &[Observer],
-        differences: &[Differences],
-    ) -> Result<Vec<Slopes>, EvaluateError> {
+    pub fn slopes(&self, of: Observing<'_>, differences: &[Differences]) -> Result<Vec<Slopes>, EvaluateError> {
         let mut products: Vec<Products<'_>> = differences.iter().map(Products::new).collect();
         let mut each = |stretch: &Residuals| products.par_iter_mut().for_each(|products| products.add(stretch));
-        let (plan, failed) = self.stretches(cases, job, (settings, observers), Leaving::Weighted, &mut each)?;
+        let (plan, failed) = self.stretches(of, Leaving::Weighted, &mut each)?;
         let slopes = |(products, differences): (&Products<'_>, &Differences)| {
-            let norm = &self.streams[job.case].norms[plan.order[differences.first].first];
+            let norm = &self.streams[of.job.case].norms[plan.order[differences.first].first];
             let weights = [0, 1, 2].map(|k| [norm.weight[k], norm.per_count[k]].map(T::to_f64));
-            let mut slopes = products.slopes(weights, settings.soft.map_or(0.0, |soft| soft.price));
+            let mut slopes = products.slopes(weights, of.settings.soft.map_or(0.0, |soft| soft.price));
             if failed[differences.first..=differences.first + differences.steps.len()].iter().any(Option::is_some) {
                 slopes.cost = f64::INFINITY;
             }
@@ -398,15 +374,12 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     /// Sums of products over the bins of runs, in the order of `differences`; `None` for a run that fails.
     pub fn products<'a>(
         &self,
-        cases: &[Case],
-        job: &Job<'_>,
-        settings: &Settings,
-        observers: &[Observer],
+        of: Observing<'_>,
         (differences, bins): (&'a [Differences], Bins<'a>),
     ) -> Result<Vec<Option<Products<'a>>>, EvaluateError> {
-        let mut products: Vec<Products<'_>> = differences.iter().map(|of| Products::in_bins(of, bins)).collect();
+        let mut products: Vec<Products<'_>> = differences.iter().map(|own| Products::in_bins(own, bins)).collect();
         let mut each = |stretch: &Residuals| products.par_iter_mut().for_each(|products| products.add(stretch));
-        let (_, failed) = self.stretches(cases, job, (settings, observers), Leaving::Weighted, &mut each)?;
+        let (_, failed) = self.stretches(of, Leaving::Weighted, &mut each)?;
         let ran = |of: &Differences| failed[of.first..=of.first + of.steps.len()].iter().all(Option::is_none);
         Ok(products.into_iter().zip(differences).map(|(products, of)| ran(of).then_some(products)).collect())
     }
@@ -414,28 +387,19 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     /// Sums of squares over the bins of runs, in the order of the population; `None` for a run that fails.
     pub fn squares(
         &self,
-        cases: &[Case],
-        job: &Job<'_>,
-        settings: &Settings,
-        observers: &[Observer],
+        of: Observing<'_>,
         bins: Bins<'_>,
     ) -> Result<Vec<Option<Vec<[f64; SIGNALS]>>>, EvaluateError> {
         let mut squares = Squares::new(bins);
         let mut each = |stretch: &Residuals| squares.add(stretch);
-        let (_, failed) = self.stretches(cases, job, (settings, observers), Leaving::Weighted, &mut each)?;
+        let (_, failed) = self.stretches(of, Leaving::Weighted, &mut each)?;
         Ok(failed.iter().enumerate().map(|(i, failed)| failed.is_none().then(|| squares.of(i))).collect())
     }
 
     /// Residuals whose squares add up to the goodness of fit, one vector per candidate: spacing, speed and acceleration, sample by sample.
-    pub fn norm_residuals(
-        &self,
-        cases: &[Case],
-        job: &Job<'_>,
-        settings: &Settings,
-        observers: &[Observer],
-    ) -> Result<Vec<Vec<f64>>, EvaluateError> {
-        let samples = self.streams[job.case].samples();
-        let mut all = vec![vec![0.0; 3 * samples]; job.population.len()];
+    pub fn norm_residuals(&self, of: Observing<'_>) -> Result<Vec<Vec<f64>>, EvaluateError> {
+        let samples = self.streams[of.job.case].samples();
+        let mut all = vec![vec![0.0; 3 * samples]; of.job.population.len()];
         let mut each = |stretch: &Residuals| {
             all.par_iter_mut().enumerate().for_each(|(candidate, residuals)| {
                 for (signal, residuals) in residuals.chunks_exact_mut(samples).enumerate() {
@@ -444,9 +408,9 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
                 }
             });
         };
-        let (plan, _) = self.stretches(cases, job, (settings, observers), Leaving::Weighted, &mut each)?;
+        let (plan, _) = self.stretches(of, Leaving::Weighted, &mut each)?;
         for (residuals, candidate) in all.iter_mut().zip(&plan.order) {
-            let norm = &self.streams[job.case].norms[candidate.first];
+            let norm = &self.streams[of.job.case].norms[candidate.first];
             for (signal, residuals) in residuals.chunks_exact_mut(samples).enumerate() {
                 let [weight, per_count] = [norm.weight[signal], norm.per_count[signal]].map(T::to_f64);
                 let square: f64 = residuals.iter().map(|error| error * error).sum();

@@ -94,7 +94,6 @@ pub struct Sums<T, const L: usize> {
     /// Errors of spacing, speed and acceleration with the weights of the goodness of fit, and the shortfall of the spacing \[m\], to which
     /// a convention that rejects candidates at an acceleration bound adds the cut part \[m/s²\].
     pub weighted: [Lane<T, L>; SIGNALS],
-    /// Σ shortfall².
     pub shortfall2: Lane<T, L>,
     /// Per block of samples and lane; used with an observer only.
     pub blocks: Vec<[Lane<T, L>; 2]>,

@@ -21,7 +21,6 @@ pub struct Measure {
     pub count: fn(&Measured) -> f64,
     /// Magnitude that normalises it; 1 for [`Accumulation::Theil`], which has its own.
     pub magnitude: fn(&Measured) -> f64,
-    /// Its value.
     pub value: fn(&SignalMeasures) -> f64,
 }
 

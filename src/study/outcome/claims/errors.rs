@@ -3,6 +3,7 @@
 use super::{BASES, Claim, Reader, claim, every_base};
 use crate::catalog::{Constraint, Dynamics, Variant};
 use crate::statistics::{mean, median};
+use crate::text::shown::{NAMED, first};
 use std::collections::BTreeMap;
 
 /// Parameters of the parts that the paper adds.
@@ -58,8 +59,7 @@ impl Reader<'_> {
             let wide = |i: &usize| self.own.variations(*i).iter().any(|cv| *cv >= 0.03);
             let names: Vec<String> =
                 (0..self.own.variants.len()).filter(wide).map(|i| self.own.variants[i].name()).collect();
-            let more = if names.len() > 5 { ", ..." } else { "" };
-            vec![format!("3 % or more with {}{more}", names[..names.len().min(5)].join(", "))]
+            vec![format!("3 % or more with {}", first(&names, NAMED))]
         })
     }
 

@@ -49,9 +49,6 @@ pub trait Predictor: Sync {
     ) -> Result<Vec<Option<Failure>>, Self::Error>;
 
     /// The same for whole runs.
-    ///
-    /// # Errors
-    /// As [`Predictor::residuals`].
     fn runs(&self, drive: usize, candidates: &[Vec<f64>], observers: &[KalmanGain]) -> Result<Vec<Run>, Self::Error> {
         let mut runs = vec![Vec::with_capacity(self.drives()[drive].0); candidates.len()];
         let failed = self.residuals(drive, candidates, observers, &mut |stretch| {
@@ -73,7 +70,6 @@ pub struct Point {
 /// A point with its likelihood.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fit {
-    /// The point.
     pub point: Point,
     /// Gaussian log-likelihood over the fitted samples, without the constant.
     pub log_likelihood: f64,
@@ -133,9 +129,6 @@ struct Start<'a> {
 }
 
 /// Fits from all starts; the best comes first. Starts whose first run fails are left out unless all fail.
-///
-/// # Errors
-/// As [`Predictor::residuals`].
 pub fn fit<P: Predictor>(
     predictor: &P,
     axes: &[Axis],
@@ -147,9 +140,6 @@ pub fn fit<P: Predictor>(
 }
 
 /// The same with a prior; likelihoods then include it.
-///
-/// # Errors
-/// As [`Predictor::residuals`].
 pub fn fit_with<P: Predictor>(
     predictor: &P,
     axes: &[Axis],
@@ -163,9 +153,6 @@ pub fn fit_with<P: Predictor>(
 }
 
 /// The same with separate axes for each start.
-///
-/// # Errors
-/// As [`Predictor::residuals`].
 pub fn fit_each<P: Predictor>(
     predictor: &P,
     masks: &[Mask],
@@ -229,9 +216,6 @@ fn selected<'a>(starts: Vec<Start<'a>>, most: usize) -> (Vec<Start<'a>>, usize) 
 }
 
 /// The log-likelihood of points, without a fit.
-///
-/// # Errors
-/// As [`Predictor::residuals`].
 pub fn log_likelihoods<P: Predictor>(
     predictor: &P,
     axes: &[Axis],

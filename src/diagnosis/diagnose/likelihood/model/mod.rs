@@ -67,7 +67,6 @@ fn begun(case: Case) -> Case {
 /// A variant with its axes.
 #[derive(Debug, Clone)]
 pub struct Space {
-    /// The variant.
     pub variant: Variant,
     /// Its parameters.
     pub symbols: Vec<Symbol>,
@@ -175,9 +174,6 @@ impl Model {
     }
 
     /// The case of a drive under this model.
-    ///
-    /// # Errors
-    /// As [`Case::new`].
     pub fn case(&self, drive: &Drive) -> Result<Case, CaseError> {
         let [base, extension] = [Some(Symbol::tau_p), self.variant.extensions.delay()]
             .map(|delay| delay.and_then(|symbol| self.position(symbol)).map(|k| self.axes[k].upper));

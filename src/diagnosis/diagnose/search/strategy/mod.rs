@@ -36,9 +36,6 @@ pub trait Search: Sync {
     fn starts(&self, task: &Task<'_>) -> Result<Vec<Scope>, Stop>;
 
     /// The best fit from the starts of a scope.
-    ///
-    /// # Errors
-    /// As [`FittedModel::fitted`].
     fn refine(&self, task: &Task<'_>, scope: Scope) -> Result<Option<FittedModel>, DiagnoseError> {
         task.fitted(scope, 1.0)
     }
@@ -81,13 +78,11 @@ pub struct Task<'a> {
     pub setting: &'a Context<'a>,
     /// The present model.
     pub current: &'a FittedModel,
-    /// The cause.
     pub cause: &'static Extension,
     /// The variant of the present model with the cause.
     pub variant: Variant,
     /// The missing acceleration of the present model, per drive \[m/s²\].
     pub missing: &'a [Vec<f64>],
-    /// The search budget.
     pub budget: &'a SearchBudget,
     /// The largest speed of the follower \[m/s\].
     pub fastest: f64,
@@ -157,9 +152,6 @@ impl Task<'_> {
 
     /// The best fit from the starts of a scope. If sensors are precise, the likelihood is so rugged that a search stops beside the cause.
     /// Then fits with the noise of ordinary sensors, times `factor`, give further starts.
-    ///
-    /// # Errors
-    /// As [`FittedModel::fitted`].
     pub fn fitted(&self, scope: Scope, factor: f64) -> Result<Option<FittedModel>, DiagnoseError> {
         let Scope { model, mut starts, .. } = scope;
         let plan = self.budget.plan;

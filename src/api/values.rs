@@ -1,5 +1,6 @@
-//! Numbers on the command line: an error gives the range.
+//! Values of options on the command line: an error gives what is expected.
 
+use clap::builder::{PossibleValue, PossibleValuesParser, TypedValueParser};
 use std::fmt::Display;
 use std::str::FromStr;
 
@@ -29,6 +30,14 @@ pub fn real(
 pub fn finite(text: &str) -> Result<f64, String> {
     let value: Option<f64> = text.trim().parse().ok();
     value.filter(|x| x.is_finite()).ok_or_else(|| format!("expected a finite number, found `{text}`"))
+}
+
+/// One of these words, each with its value and its meaning for the help.
+pub fn one_of<T: Copy + Send + Sync>(
+    words: &'static [(&'static str, T, &'static str)],
+) -> impl TypedValueParser<Value = T> {
+    let known = words.iter().map(|(word, _, meaning)| PossibleValue::new(*word).help(*meaning));
+    PossibleValuesParser::new(known).map(|word| words.iter().find(|(own, ..)| *own == word).expect("one of them").1)
 }
 
 /// The seed of random numbers.
