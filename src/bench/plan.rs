@@ -127,6 +127,9 @@ fn plan(effort: Effort, has_hardware: bool) -> Vec<(Contender, Variant, usize)> 
 }
 
 /// Runs the measurements. `progress` receives the name of each step.
+///
+/// # Errors
+/// [`BenchError`].
 pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
     let machine = Machine::here();
     let mut measurements = Vec::new();

@@ -6,6 +6,9 @@ use crate::result::diagnosis::{FleetEntry, ModelEntry, Outcome, ShareEntry};
 use std::ops::ControlFlow;
 
 /// Diagnoses the drives of a request, whose unit is the driver. The entries on files are the caller's.
+///
+/// # Errors
+/// As [`race`].
 pub fn of_fleet(
     request: &Request<'_>,
     effort: Effort,

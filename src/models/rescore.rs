@@ -42,6 +42,9 @@ pub fn outcome(case: &Case, parameters: &Parameters, trace: &mut Trace) -> Resul
 
 /// Simulates and measures one candidate on each case: calibrated parameters on drives they were not calibrated on (paper, Section 6).
 /// The outcomes are in the order of the cases.
+///
+/// # Errors
+/// As [`outcome`].
 pub fn outcomes(cases: &[Case], parameters: &Parameters) -> Result<Vec<Outcome>, EvaluateError> {
     let mut trace = Trace::default();
     cases.iter().map(|case| outcome(case, parameters, &mut trace)).collect()

@@ -39,6 +39,9 @@ pub struct CalibratedVariant {
 
 impl CalibratedVariant {
     /// A trajectory for its runs.
+    ///
+    /// # Errors
+    /// As [`Case::new`].
     pub fn case(&self, trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> Result<Case, CaseError> {
         let case = Case::new(trajectory, self.variant, vehicle, self.convention, self.tau_p_upper)?;
         case.with_extension_delay(self.extension_delay_upper)?.with_history(self.history_s)

@@ -212,6 +212,9 @@ impl Folder {
     }
 
     /// The plan of a file, and whether a study keeps it: then its name, its data folder and its extensions are those of the study.
+    ///
+    /// # Errors
+    /// As [`Plan::read`].
     pub fn plan_of(file: &Path) -> Result<(Plan, bool), StudyError> {
         let kept = file.parent().filter(|_| file.file_name().is_some_and(|name| name == "plan.toml"));
         let kept = kept.and_then(|folder| Folder::open(folder).ok()).filter(|folder| folder.study_file().is_ok());

@@ -200,6 +200,9 @@ pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
 
 /// Runs the tasks that the journal lacks, and adds each to it. `program` is the executable that `wall` tasks start. `progress` receives the
 /// number of finished tasks, before every task and, except for `wall`, during it, and can stop the run: the present task is then not kept.
+///
+/// # Errors
+/// [`BenchError`].
 pub fn run_optimizers(
     shared: &Path,
     program: &Path,

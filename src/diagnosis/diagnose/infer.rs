@@ -27,6 +27,9 @@ pub fn infer(
 }
 
 /// The same with an explicit budget instead of that of the effort.
+///
+/// # Errors
+/// As [`infer`].
 pub fn infer_with(
     question: &Question<'_>,
     spending: &SearchBudget,

@@ -182,6 +182,9 @@ impl Case {
     }
 
     /// The same case for another variant; the measured signals are shared, not copied.
+    ///
+    /// # Errors
+    /// As [`Case::new`].
     pub fn for_variant(&self, variant: Variant) -> Result<Case, CaseError> {
         let missing =
             |what, remedy| CaseError::Missing { label: self.label.to_string(), variant: variant.name(), what, remedy };

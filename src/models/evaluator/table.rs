@@ -78,6 +78,9 @@ impl Table {
     }
 
     /// (a_dp, a_ap) over the speed.
+    ///
+    /// # Errors
+    /// As [`Table::grade`].
     pub fn mfc(mfc: &Mfc, rule: MfcLookup) -> Result<Table, CourseError> {
         let (v, last) = (&mfc.v, mfc.v.len() - 1);
         // The segment whose line is read in interval k.

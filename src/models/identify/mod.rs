@@ -107,6 +107,9 @@ pub const SHORT_S: f64 = 60.0;
 pub const SHORT: &str = "on drives of less than 60 s with autocorrelated noise, 95 % intervals contained the truth in 89 (v_0) and 86 (d_0) of 100 cases";
 
 /// The same for some of the cases of an evaluator in f64.
+///
+/// # Errors
+/// As [`identify`].
 pub fn identify_on(
     exactly: Exactly<'_>,
     space: &SearchSpace,

@@ -29,6 +29,9 @@ pub fn find(choice: &AdapterChoice) -> Result<Device, EvaluateError> {
 }
 
 /// The evaluator on the device of a choice.
+///
+/// # Errors
+/// As [`Gpu::new`].
 pub fn open(
     cases: Vec<Case>,
     gof: GoodnessOfFit,

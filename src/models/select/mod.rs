@@ -74,6 +74,9 @@ const FOR_ANOTHER_GPU: usize = 10_000;
 
 impl Selection {
     /// Checks that evaluator, precision and device fit together.
+    ///
+    /// # Errors
+    /// [`SelectionError`].
     pub fn check(&self) -> Result<(), SelectionError> {
         match self.kind {
             Kind::Reference if self.precision.is_some() => Err(SelectionError::Reference),

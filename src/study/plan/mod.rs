@@ -145,6 +145,9 @@ impl Plan {
     }
 
     /// Parses a plan. `path` is for messages; `folder` is where relative names start, `name` the default name of the study.
+    ///
+    /// # Errors
+    /// As [`Plan::read`].
     pub fn parse(content: &str, path: &str, folder: &Path, name: &str) -> Result<Plan, PlanError> {
         text::read(content, path, folder, name, &[])
     }

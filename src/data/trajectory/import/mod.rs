@@ -73,6 +73,9 @@ pub fn read(path: &Path, layout: Option<Layout>) -> Result<Recording, ImportErro
 }
 
 /// Reads measured trajectories from memory; `name` stands for the file in messages. No companion files are read.
+///
+/// # Errors
+/// As [`read`].
 pub fn read_bytes(bytes: &[u8], name: &str, layout: Option<Layout>) -> Result<Recording, ImportError> {
     let mut recording = read_from(bytes, name, layout)?;
     add_labels(&mut recording, None);
@@ -93,6 +96,9 @@ fn add_labels(recording: &mut Recording, labels: Option<&Labels>) {
 
 /// Reads measured trajectories from a stream, line by line; `name` stands for the file in messages. No companion files
 /// are read, and cars of the processed layout keep the names `car 1`, `car 2`, ...
+///
+/// # Errors
+/// As [`read`].
 pub fn read_from(input: impl Read, name: &str, layout: Option<Layout>) -> Result<Recording, ImportError> {
     let mut problems = Problems::default();
     let mut lines = Lines::new(input);

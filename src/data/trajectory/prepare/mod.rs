@@ -187,6 +187,9 @@ pub fn prepare(
 }
 
 /// The trajectories of one follower of one platoon of a recording, one per segment between long gaps; `trajectory_id` is ignored.
+///
+/// # Errors
+/// As [`prepare`].
 pub fn prepare_platoon(
     recording: &Recording,
     platoon: &Platoon,

@@ -137,6 +137,9 @@ impl Drive {
     }
 
     /// The case of a variant on this drive, under the convention `paper`; the bounds give the longest delay.
+    ///
+    /// # Errors
+    /// As [`Case::new`].
     pub fn case(&self, variant: Variant, bounds: &Overrides) -> Result<Case, CaseError> {
         let upper = |symbol: Symbol| bounds.get(symbol.name()).map(|[_, upper]| *upper);
         self.case_within(variant, upper(Symbol::tau_p), variant.extensions.delay().and_then(upper))

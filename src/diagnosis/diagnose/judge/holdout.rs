@@ -14,6 +14,9 @@ const DRAWS: u64 = 200;
 /// Share of block bootstraps of the hold-out in which a candidate beats another, and the change by the cause there \[nats\]. Draws in which
 /// it changes almost nothing do not count, because they lack the few blocks in which it acts. `alone` caches the scores of `current` on the
 /// whole hold-out.
+///
+/// # Errors
+/// As [`FittedModel::transfer`].
 pub fn transfers(
     setting: &Context<'_>,
     candidate: &FittedModel,

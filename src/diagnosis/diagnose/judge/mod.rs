@@ -107,6 +107,9 @@ impl<'a> Judgement<'a> {
 
     /// Checks that it also gains on the hold-out, if no check has failed so far. Events need not recur there, and the hold-out need not
     /// reach the states that a cause changes. `alone` as in [`transfers`].
+    ///
+    /// # Errors
+    /// As [`transfers`].
     pub fn ask_holdout(&mut self, setting: &Context<'_>, alone: &mut Option<Transferred>) -> Result<(), DiagnoseError> {
         let recurs = !matches!(self.cause.search(), SearchKind::Event | SearchKind::Stretch);
         if !self.passes() || !recurs || setting.question.holdout.is_empty() {

@@ -13,6 +13,9 @@ const DESCENT: (u64, usize) = (3000, 50);
 
 /// The best point that CMA-ES finds around a point, along the axes that are not fixed, with fixed noise, on the samples of the masks.
 /// `step` is its first step as a share of the ranges. Each `turn` of a `seed` draws its own random numbers. `None` if no run is complete.
+///
+/// # Errors
+/// As [`log_likelihoods`].
 pub fn descended(
     model: &Model,
     axes: &[Axis],

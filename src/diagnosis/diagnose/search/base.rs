@@ -31,6 +31,9 @@ pub struct Calibrated {
 
 /// Fits a variant without causes, first from random populations under a strong observer, then with its noise free, from the best of these
 /// and from a nearly free simulation. `None` if every candidate fails.
+///
+/// # Errors
+/// As [`FittedModel::fitted`].
 pub fn calibrate_base(
     setting: &Context<'_>,
     variant: Variant,
@@ -53,6 +56,9 @@ pub fn calibrate_base(
 }
 
 /// One replicate of [`calibrate_base`].
+///
+/// # Errors
+/// As [`FittedModel::fitted`].
 pub fn calibrate_once(
     setting: &Context<'_>,
     variant: Variant,

@@ -53,6 +53,9 @@ impl<'a> Context<'a> {
     }
 
     /// A model of the training drives, with the nuisance lead.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
     pub fn model(&self, variant: Variant, events: &[Event]) -> Result<Model, DiagnoseError> {
         Model::new(self.with_lead(variant)?, self.question.train, self.question.bounds, events)
     }
@@ -153,6 +156,9 @@ impl FittedModel {
 
     /// The log-likelihood of each fold under the fit to the other one. Times of events stay at the fit to all data. So do all parameters of
     /// a cause that acts in one stretch only: it happens once, so it cannot be held out.
+    ///
+    /// # Errors
+    /// As [`fit`].
     pub fn cross_fit(&self, setting: &Context<'_>) -> Result<CrossValidated, DiagnoseError> {
         let mut axes = self.model.axes.clone();
         let local = self.causes.iter().filter(|cause| is_local(cause)).flat_map(|cause| self.model.positions(cause));
@@ -195,6 +201,9 @@ impl FittedModel {
     /// speed that no training drive reaches, then does not count against a cause; a base that absorbs the cause does. The search also
     /// starts from textbook values of free driving, and from the fit of another model: a model must not lose because its optimum was
     /// missed.
+    ///
+    /// # Errors
+    /// As [`Model::new`].
     pub fn transfer(&self, setting: &Context<'_>, other: Option<&Transferred>) -> Result<Transferred, DiagnoseError> {
         let model = setting.held_out(self.variant, &self.model.events)?;
         let point = &self.fit.point;
@@ -219,6 +228,9 @@ impl FittedModel {
     }
 
     /// Inflation of thresholds by the correlation of the innovations.
+    ///
+    /// # Errors
+    /// As [`Predictor::residuals`].
     pub fn inflation(&self, setting: &Context<'_>) -> Result<f64, DiagnoseError> {
         let (mut residuals, mut designs) = (Vec::new(), Vec::new());
         for (drive, (samples, dt)) in self.model.drives().into_iter().enumerate() {
@@ -253,6 +265,9 @@ pub struct Transferred {
 
 impl Transferred {
     /// Log-likelihood per drive and block.
+    ///
+    /// # Errors
+    /// As [`Predictor::residuals`].
     pub fn scores(&self, setting: &Context<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
         scored(&self.model, &self.point, &setting.holdout)
     }

@@ -21,6 +21,9 @@ fn takes(cause: &Extension) -> usize {
 }
 
 /// Tries all causes on top of a model; returns those that run, and those that could not be tried, both in the order given.
+///
+/// # Errors
+/// As [`FittedModel::fitted`].
 pub fn screen(
     setting: &Context<'_>,
     current: &FittedModel,

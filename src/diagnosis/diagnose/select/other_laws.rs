@@ -9,6 +9,9 @@ use crate::extension::Extensions;
 use rayon::prelude::*;
 
 /// The other base models with the same delay, dynamics and constraint, each calibrated once; the likeliest comes first.
+///
+/// # Errors
+/// As [`calibrate_once`].
 pub fn others(setting: &Context<'_>, spending: &SearchBudget) -> Result<Vec<FittedModel>, DiagnoseError> {
     let own = setting.question.base;
     let calibrated = |base: &&Base| {

@@ -14,6 +14,9 @@ use crate::extension::Extension;
 impl State {
     /// Drops every cause that would not be adopted beside the others: a later one may explain its effect, or may have moved it to a bound.
     /// After each removal it checks all others again.
+    ///
+    /// # Errors
+    /// As [`FittedModel::fitted`].
     pub fn prune(&mut self, setting: &Context<'_>, spending: &SearchBudget) -> Result<(), DiagnoseError> {
         if self.current.causes.len() == 1 {
             // Adoption has already compared it with the base.

@@ -52,6 +52,9 @@ pub fn flatten(source: &Source, checked: &Checked, name: &str, same: &[(&str, &s
 }
 
 /// Checks that every function of a text can be flattened, whether or not it is called.
+///
+/// # Errors
+/// As [`flatten`].
 pub fn check_all(source: &Source, checked: &Checked) -> Result<(), LanesError> {
     for (_, function) in checked.module.functions.iter() {
         if let Some(name) = function.name.as_deref().filter(|name| !is_built_in(name)) {

@@ -84,6 +84,9 @@ pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Recording, ImportErro
 }
 
 /// Reads a table by a column map from a stream; `name` stands for the file in messages.
+///
+/// # Errors
+/// As [`read_mapped`].
 pub fn read_mapped_from(input: impl Read, name: &str, map: &ColumnMap) -> Result<Recording, ImportError> {
     let mut problems = Problems::default();
     let mut lines = Lines::new(input);

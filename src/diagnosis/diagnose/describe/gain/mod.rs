@@ -123,6 +123,9 @@ pub fn nrmse_of(drives: &[Drive], runs: &[Free]) -> Option<f64> {
 }
 
 /// Measures the gain of an extended model over the base, on the drives and within the bounds of a question.
+///
+/// # Errors
+/// [`GainError`].
 pub fn gain(
     question: &Question<'_>,
     [base, extended]: [&Fitted; 2],

@@ -54,6 +54,9 @@ const PRIOR_BASE: f64 = 0.1;
 const PRIOR_TENTS: [f64; 2] = [0.3, 0.05];
 
 /// Tests what a model leaves.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
 pub fn leftovers(
     setting: &Context<'_>,
     candidate: &FittedModel,

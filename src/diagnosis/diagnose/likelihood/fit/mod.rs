@@ -49,6 +49,9 @@ pub trait Predictor: Sync {
     ) -> Result<Vec<Option<Failure>>, Self::Error>;
 
     /// The same for whole runs.
+    ///
+    /// # Errors
+    /// As [`Predictor::residuals`].
     fn runs(&self, drive: usize, candidates: &[Vec<f64>], observers: &[KalmanGain]) -> Result<Vec<Run>, Self::Error> {
         let mut runs = vec![Vec::with_capacity(self.drives()[drive].0); candidates.len()];
         let failed = self.residuals(drive, candidates, observers, &mut |stretch| {
@@ -129,6 +132,9 @@ struct Start<'a> {
 }
 
 /// Fits from all starts; the best comes first. Starts whose first run fails are left out unless all fail.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
 pub fn fit<P: Predictor>(
     predictor: &P,
     axes: &[Axis],
@@ -140,6 +146,9 @@ pub fn fit<P: Predictor>(
 }
 
 /// The same with a prior; likelihoods then include it.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
 pub fn fit_with<P: Predictor>(
     predictor: &P,
     axes: &[Axis],
@@ -153,6 +162,9 @@ pub fn fit_with<P: Predictor>(
 }
 
 /// The same with separate axes for each start.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
 pub fn fit_each<P: Predictor>(
     predictor: &P,
     masks: &[Mask],
@@ -216,6 +228,9 @@ fn selected<'a>(starts: Vec<Start<'a>>, most: usize) -> (Vec<Start<'a>>, usize) 
 }
 
 /// The log-likelihood of points, without a fit.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
 pub fn log_likelihoods<P: Predictor>(
     predictor: &P,
     axes: &[Axis],

@@ -25,6 +25,9 @@ pub struct Profiled {
 const MOST: f64 = 4.0;
 
 /// A step from a point along each of several changes of its values; `changed` holds the changed values.
+///
+/// # Errors
+/// As [`Predictor::residuals`].
 pub fn profiled<P: Predictor>(
     predictor: &P,
     axes: &[Axis],

@@ -174,6 +174,9 @@ impl Model {
     }
 
     /// The case of a drive under this model.
+    ///
+    /// # Errors
+    /// As [`Case::new`].
     pub fn case(&self, drive: &Drive) -> Result<Case, CaseError> {
         let [base, extension] = [Some(Symbol::tau_p), self.variant.extensions.delay()]
             .map(|delay| delay.and_then(|symbol| self.position(symbol)).map(|k| self.axes[k].upper));

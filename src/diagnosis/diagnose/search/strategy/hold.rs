@@ -13,6 +13,9 @@ const FOLLOWED: usize = 2;
 const HOLDING: Plan = Plan { select: usize::MAX, rough: 2, keep: 1, fine: 2, tolerance: 0.1, least: [0.0; 2] };
 
 /// The likeliest fits from a start, each with one of several sizes fixed.
+///
+/// # Errors
+/// As [`fit_each`].
 pub fn held(
     setting: &Context<'_>,
     model: &Model,
@@ -34,6 +37,9 @@ pub fn holding(model: &Model, start: &Point, size: &Values) -> (Vec<Axis>, Point
 }
 
 /// The likeliest of starts with separate axes, after some iterations.
+///
+/// # Errors
+/// As [`fit_each`].
 pub fn follow(
     setting: &Context<'_>,
     model: &Model,

@@ -152,6 +152,9 @@ impl Task<'_> {
 
     /// The best fit from the starts of a scope. If sensors are precise, the likelihood is so rugged that a search stops beside the cause.
     /// Then fits with the noise of ordinary sensors, times `factor`, give further starts.
+    ///
+    /// # Errors
+    /// As [`FittedModel::fitted`].
     pub fn fitted(&self, scope: Scope, factor: f64) -> Result<Option<FittedModel>, DiagnoseError> {
         let Scope { model, mut starts, .. } = scope;
         let plan = self.budget.plan;

@@ -12,6 +12,9 @@ const SAME: (f64, f64) = (6.0, 0.03);
 
 /// The likeliest points under the present observer and under a nearly free one, without a fit, an equal number of each and no two nearly
 /// the same; the present observer may hide their effect in its missing acceleration. With them, the largest log-likelihood under each.
+///
+/// # Errors
+/// As [`log_likelihoods`].
 pub fn likeliest(
     setting: &Context<'_>,
     at: &Point,

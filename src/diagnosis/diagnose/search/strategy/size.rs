@@ -25,6 +25,9 @@ impl Search for Size {
 
 /// Fits of the rest from textbook values with fixed sizes, if the present model may be far off. A base compensates for a missing cause with
 /// parameters that are far off, and from there a free size returns to zero.
+///
+/// # Errors
+/// As [`held`].
 pub fn from_textbook_values(task: &Task<'_>, model: &Model) -> Result<Vec<Point>, DiagnoseError> {
     let Point { values, noise } = task.present(model);
     if !noise.is_astray() {

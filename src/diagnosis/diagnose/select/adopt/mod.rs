@@ -77,6 +77,9 @@ pub struct Judged {
 }
 
 /// The missing acceleration of a candidate on every drive \[m/s²\], under a rather strong observer.
+///
+/// # Errors
+/// As [`crate::diagnose::likelihood::model::Model::innovations`].
 pub fn missing(candidate: &FittedModel) -> Result<Vec<Vec<f64>>, DiagnoseError> {
     let noise = candidate.fit.point.noise;
     let seen = Noise { sigma_d: noise.sigma_d.max(0.05), tau_d: 1.0, ..noise };
@@ -88,6 +91,9 @@ pub fn missing(candidate: &FittedModel) -> Result<Vec<Vec<f64>>, DiagnoseError> 
 
 impl State {
     /// The state before the first round.
+    ///
+    /// # Errors
+    /// As [`FittedModel::cross_fit`].
     pub fn begin(setting: &Context<'_>, base: FittedModel) -> Result<State, DiagnoseError> {
         let held = base.cross_fit(setting)?;
         let inflation = base.inflation(setting)?;
@@ -129,6 +135,9 @@ impl State {
 
     /// The first half of a round: fits every further cause, sorted by likelihood, and refits the present model from the parameters of the
     /// best.
+    ///
+    /// # Errors
+    /// As [`screen`].
     pub fn fit_all(
         &mut self,
         setting: &Context<'_>,
@@ -155,6 +164,9 @@ impl State {
     }
 
     /// The second half: judges the likeliest causes and selects at most one to adopt.
+    ///
+    /// # Errors
+    /// As [`FittedModel::cross_fit`].
     pub fn judge(
         &mut self,
         setting: &Context<'_>,
