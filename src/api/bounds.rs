@@ -46,10 +46,7 @@ pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str
     if !given.is_empty() {
         let set = given.iter().any(|given| given.parse::<BoundSet>().is_ok());
         let table = (!set).then_some(acc);
-        return format!(
-            "{}, as asked for",
-            table.into_iter().chain(given.iter().map(told)).collect::<Vec<_>>().join("; ")
-        );
+        return format!("{}, as given", table.into_iter().chain(given.iter().map(told)).collect::<Vec<_>>().join("; "));
     }
     let followers: Vec<(&str, Option<&str>)> = followers.into_iter().collect();
     let unknown = |(name, driver): &&(&str, Option<&str>)| driver.is_none() && Vehicle::called(name).is_none();

@@ -179,7 +179,7 @@ impl Loading {
             loaded.lap = lap(&loaded.train);
         }
         if ends_held_back {
-            loaded.held_back = "Names are checked on the last third of each file, gains on left-out parts.".to_owned();
+            loaded.held_back = "Causes are tested on the last third of each file, gains on left-out parts.".to_owned();
         }
         Ok(loaded)
     }

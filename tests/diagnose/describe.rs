@@ -335,7 +335,7 @@ fn without_a_name_the_text_says_what_the_drives_could_have_shown() {
         |minutes: Option<f64>| serde_json::json!({"gain": 0.062, "causes": ["dead_zone", "grade"], "minutes": minutes});
     let tested = serde_json::json!({"bins": 120, "parts": [4, 4], "policy": {}, "trials": []});
     let found = |minutes| said(&outcome(serde_json::json!({ "power": power(minutes), "closed_loop": tested })));
-    let first = "These drives would have shown a gain of 6 % at 15 s with a probability of 80 %.";
+    let first = "These drives show a gain of 6 % at 15 s with a probability of 80 %, smaller ones less often.";
     let then = "About 35 more minutes of such driving would decide on dead_zone with grade.";
     // Ten times the given driving time is not useful advice.
     for (minutes, is_told) in [(Some(35.2), true), (None, false), (Some(900.0), false)] {

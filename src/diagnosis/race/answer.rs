@@ -311,12 +311,23 @@ fn notes(answer: &Answer) -> Vec<String> {
     let Some(fit) = answer.entries.first().and_then(Entry::whole_drives) else {
         return notes;
     };
-    if let Some(held) = fit.judged.as_ref().map(|judged| &judged.held).filter(|held| held.collisions() > 0) {
-        let (failures, all) = (held.collisions(), held.parts.len());
-        notes.push(format!("it collides with the car ahead on {failures} of {all} unseen drives"));
+    if let Some(judged) = &fit.judged {
+        let [failures, stops, all] = [judged.held.collisions(), judged.stops, judged.held.parts.len()];
+        if failures > 0 {
+            notes.push(format!("it collides with the car ahead on {failures} of {all} unseen drives"));
+        }
+        if stops > 0 {
+            notes.push(format!(
+                "it collides on {stops} of {all} drives if the car ahead brakes to a standstill at 2 m/s²"
+            ));
+        }
     }
     if let Some(best) = answer.laws.first().filter(|law| law.gain >= LEAST_GAIN) {
-        notes.push(format!("{} has {:.0} % less error on unseen drives", best.name, 100.0 * best.gain));
+        notes.push(format!(
+            "{} without extensions has {:.0} % less error on unseen drives",
+            best.name,
+            100.0 * best.gain
+        ));
     }
     notes
 }

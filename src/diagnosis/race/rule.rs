@@ -34,17 +34,20 @@ pub fn checks(
             count(entry, |judged| judged.held.collisions()),
             policy.collisions,
         ),
-        excess(policy, base, entry, "close approaches in excess of the base", |judged| judged.too_close),
-        excess(policy, base, entry, "collisions behind a car that stops, in excess of the base", |judged| judged.stops),
+        Check::at_most("collisions behind a car that stops", count(entry, |judged| judged.stops), policy.collisions),
+        Check::at_most(
+            "close approaches in excess of the base",
+            too_close(entry) - too_close(base),
+            policy.excess * (too_close(entry) + too_close(base)).sqrt(),
+        ),
     ]
 }
 
-/// A check of a count of parts, which may exceed that of the base by chance only.
-fn excess(policy: &Policy, base: &Entry, entry: &Entry, name: &str, of: impl Fn(&Judged) -> usize) -> Check {
-    let [own, base] = [entry, base].map(|entry| count(entry, &of));
-    Check::at_most(name, own - base, policy.excess * (own + base).sqrt())
+fn too_close(entry: &Entry) -> f64 {
+    count(entry, |judged| judged.too_close)
 }
 
+/// A count of a model over whole drives.
 fn count(entry: &Entry, of: impl Fn(&Judged) -> usize) -> f64 {
     let judged = entry.whole_drives().and_then(|fit| fit.judged.as_ref());
     judged.map_or(f64::INFINITY, |judged| of(judged) as f64)

@@ -76,11 +76,16 @@ fn unexplained(outcome: &Outcome) -> String {
     if let Some(noise) = noise.filter(|noise| noise.sigma_d_mps2 >= LEAST_UNEXPLAINED) {
         let (size, time) = (noise.sigma_d_mps2, noise.tau_d_s);
         text += &format!(" An acceleration of {size:.2} m/s² with a time constant of {time:.0} s remains unexplained.");
-        if let Some(r) = outcome.missing.as_ref().and_then(Profiles::repeats) {
+        let of_place = outcome.left_over.iter().any(|left| left.kind == OF_PLACE);
+        let repeats = outcome.missing.as_ref().and_then(Profiles::repeats);
+        let place = match repeats {
+            Some(r) => Some(format!("It repeats at the same places of the road in other drives (correlation {r:.2})")),
+            None => of_place.then(|| "It depends on the place on the road".to_owned()),
+        };
+        if let Some(place) = place {
             let untried = outcome.not_tried.iter().any(|entry| needs_grade(&entry.name));
             let remedy = if untried { ", as on slopes: give the grade of the road (--grade)" } else { "" };
-            text +=
-                &format!(" It repeats at the same places of the road in other drives (correlation {r:.2}){remedy}.");
+            text += &format!(" {place}{remedy}.");
         }
     }
     if !outcome.not_tried.is_empty() {
@@ -94,6 +99,9 @@ fn needs_grade(cause: &str) -> bool {
     let own = library().iter().find(|extension| extension.name == cause);
     own.is_some_and(|extension| extension.reads.iter().any(|read| read == "sin_grade"))
 }
+
+/// The kind of structure that depends on the place on the road.
+const OF_PLACE: &str = "road";
 
 /// Smallest acceleration worth reporting \[m/s²\]: it is printed as 0.01.
 const LEAST_UNEXPLAINED: f64 = 0.005;
@@ -185,9 +193,10 @@ fn power(power: &Power, given: f64) -> String {
     let more = more.map_or(String::new(), |minutes| {
         format!(" About {minutes:.0} more minutes of such driving would decide on {}.", power.causes.join(" with "))
     });
+    let percent = 100.0 * power.gain;
+    let digits = usize::from(percent < 1.0);
     format!(
-        "These drives would have shown a gain of {:.0} % at 15 s with a probability of 80 %.{more}",
-        100.0 * power.gain
+        "These drives show a gain of {percent:.digits$} % at 15 s with a probability of 80 %, smaller ones less often.{more}"
     )
 }
 

@@ -213,7 +213,10 @@ impl FleetFile {
             ([], 0) => String::new(),
             ([], _) => format!("{chosen} follows these drivers best."),
             (open, _) => {
-                format!("{chosen} cannot be distinguished from {}, and it has the fewest parameters.", open.join(", "))
+                format!(
+                    "{chosen} cannot be distinguished from {}, and none of them has fewer parameters.",
+                    open.join(", ")
+                )
             }
         }
     }

@@ -77,7 +77,7 @@ pub(super) fn answer(own: &Outcomes, ranking: &Ranking) -> (String, String) {
         n => {
             let more = if n > NAMED { format!(" and {} more", n - NAMED) } else { String::new() };
             format!(
-                "{name} cannot be distinguished from {}{more} on unseen drives, and has the fewest parameters.",
+                "{name} cannot be distinguished from {}{more} on unseen drives, and none of them has fewer parameters.",
                 open[..n.min(NAMED)].join(", ")
             )
         }

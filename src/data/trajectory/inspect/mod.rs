@@ -102,7 +102,7 @@ pub struct CarInspection {
     pub standstill_s: f64,
     /// Integral of the measured speed, without missing stretches and pauses.
     pub driven_m: f64,
-    /// Position change per step minus mean speed of the step, without pauses and the ends of laps.
+    /// Change of the position over a second minus the mean speed in it (root mean square), without pauses and the ends of laps.
     pub position_speed_rms_mps: Option<f64>,
     /// Acceleration column minus the difference of the speed to the next sample.
     pub forward_difference_rms_mps2: Option<f64>,
@@ -203,8 +203,20 @@ fn car(car: &Car, follower: Option<usize>, axis: &Axis) -> CarInspection {
     let driven = pairs().map(|(i, dt)| (v[i - 1] + v[i]) / 2.0 * dt);
     let position = car.x.as_ref().map(|x| {
         let most = largest_move(x);
-        let driving = pairs().filter(|(i, _)| (x[*i] - x[i - 1]).abs() <= most);
-        rms(driving.map(|(i, dt)| (x[i] - x[i - 1]) / dt - (v[i - 1] + v[i]) / 2.0))
+        // Over a second, noise of a position that is usual hardly counts.
+        let (mut apart, mut time, mut rates) = (0.0, 0.0, Vec::new());
+        for (i, dt) in pairs() {
+            let moved = x[i] - x[i - 1];
+            apart += moved - (v[i - 1] + v[i]) / 2.0 * dt;
+            time += dt;
+            if moved.abs() > most || !apart.is_finite() {
+                (apart, time) = (0.0, 0.0);
+            } else if time > 0.99 {
+                rates.push(apart / time);
+                (apart, time) = (0.0, 0.0);
+            }
+        }
+        rms(rates.into_iter())
     });
     let difference = |shift: usize| {
         let a = car.a.as_ref()?;
@@ -293,7 +305,10 @@ fn warnings(
             }
         }
         if let Some(rms) = car.position_speed_rms_mps.filter(|&rms| rms > LIMITS.contradiction) {
-            warnings.push(format!("car {}: position contradicts speed (rms {rms:.1} m/s): broken?", car.number));
+            warnings.push(format!(
+                "car {}: position contradicts speed (rms {rms:.1} m/s over 1 s): check units and columns",
+                car.number
+            ));
         }
     }
     // A wrong unit of time makes every gap contradict the speeds.

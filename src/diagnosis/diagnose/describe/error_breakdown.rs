@@ -124,7 +124,8 @@ pub fn budget(runs: &[Errors]) -> Option<Budget> {
         place,
         time: by(&|run, i| {
             let number = runs.iter().position(|other| std::ptr::eq(other.scene, run.scene)).unwrap_or(0);
-            let since = run.scene.t[i] - run.scene.t[0];
+            // A sample on the edge of two classes belongs to the time before it.
+            let since = run.scene.t[i] - run.scene.t[0] - 0.5 * run.scene.dt;
             let (k, _) = classes(since, TIME_CLASS, "s");
             let from = run.scene.t[0] + k as f64 * TIME_CLASS;
             let of = if runs.len() > 1 { format!(" of {}", run.scene.label) } else { String::new() };
