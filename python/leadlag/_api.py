@@ -187,7 +187,7 @@ def calibrate(
     - ``bounds``: ``"acc"`` (the paper's, the default), ``"human"``, the path of a TOML file, ``{"v_0": (25, 40)}``, where one number fixes a parameter,
       or several of these in a list, of which the later replace the earlier;
     - ``fix``: values of parameters that are not searched, by name; within the bounds that a file or a mapping gives;
-    - ``gof``: the measure to minimise, such as ``"nrmse-sva"`` (the default) or ``"rmse-s"``;
+    - ``gof``: the measure to minimise, such as ``"nrmse-sva"`` (the default) or ``"rmse-s"``; ``"pooled-rmse-s"`` pools the squared errors of several drives;
     - ``convention``: ``"paper"`` or ``"authors"``;
     - ``optimizer``: ``"auto"``, ``"ga"``, ``"lshade"`` or ``"cmaes"``;
     - ``seed`` (1), ``replicates`` (1), ``max_evaluations`` (300000 simulations);

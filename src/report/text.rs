@@ -151,11 +151,12 @@ pub(in crate::internal::report) fn scores_in_words(name: &str, scores: &Scores, 
             format!("{}{id} {score:.4}", drive.path)
         })
         .collect();
-    let mean = scores.mean.map_or("none".to_owned(), |mean| format!("{mean:.4}"));
+    let score = scores.pooled.or(scores.mean).map_or("none".to_owned(), |score| format!("{score:.4}"));
+    let mean = if scores.pooled.is_some() { "" } else { "mean " };
     let mse = scores.mse_s_m2.map_or("none".to_owned(), |mse| format!("{mse:.3} m²"));
     let folds = scores.folds.map_or(String::new(), |folds| format!(", in {folds} folds"));
     format!(
-        "{name}{folds}: {count}, mean {gof} {mean}, mean squared error of the spacing {mse}, {} fail; the worst: {}",
+        "{name}{folds}: {count}, {mean}{gof} {score}, mean squared error of the spacing {mse}, {} fail; the worst: {}",
         scores.failed,
         worst.join(", ")
     )

@@ -8,7 +8,7 @@ use super::{
 use super::{SCHEMA_VERSION, Scores, VehicleEntry};
 use crate::calibrate::{Calibration, Replicate, SearchSpace, best, coefficient_of_variation};
 use crate::catalog::Variant;
-use crate::evaluator::Evaluator;
+use crate::evaluator::{Case, Evaluator};
 use crate::extension::Extensions;
 use crate::identify::{CONFIDENCE, Identifiability, correlation};
 use crate::reference::{Reference, Trace};
@@ -63,20 +63,26 @@ pub fn scores_on(
     trajectories: &[&Trajectory],
     gof: &GoodnessOfFit,
 ) -> Scores {
-    scores_of(&measures(reference, parameters), trajectories, gof)
+    scores_of(&measures(reference, parameters), reference.cases(), trajectories, gof)
 }
 
-fn scores_of(measures: &[Option<Measures>], trajectories: &[&Trajectory], gof: &GoodnessOfFit) -> Scores {
+fn scores_of(
+    measures: &[Option<Measures>],
+    cases: &[Case],
+    trajectories: &[&Trajectory],
+    gof: &GoodnessOfFit,
+) -> Scores {
     let finite = |x: f64| x.is_finite().then_some(x);
-    let one = |(trajectory, measures): (&&Trajectory, &Option<Measures>)| DriveScore {
+    let one = |((trajectory, measures), case): ((&&Trajectory, &Option<Measures>), &Case)| DriveScore {
         path: trajectory.source.path.clone(),
         trajectory: trajectory.id.clone(),
         follower: trajectory.follower,
         name: trajectory.name.clone(),
         score: measures.as_ref().and_then(|measures| finite(gof.of(measures))),
+        weight: case.share(gof).weight,
         rmse: measures.as_ref().map(|measures| measures.0.map(|signal| signal.rmse)),
     };
-    Scores::new(trajectories.iter().zip(measures).map(one).collect())
+    Scores::new(trajectories.iter().zip(measures).zip(cases).map(one).collect())
 }
 
 impl Calibrated<'_> {
@@ -127,7 +133,7 @@ impl Calibrated<'_> {
             bounds_from: Some(self.bounds_from.clone()),
             drivers: None,
             compared: None,
-            per_drive: several.then(|| scores_of(&by_drive, self.trajectories, &self.gof)),
+            per_drive: several.then(|| scores_of(&by_drive, self.reference.cases(), self.trajectories, &self.gof)),
             held_back: None,
             at_bound: at_bound.into_iter().map(|s| s.name().to_owned()).collect(),
             intervals: known().filter(|k| k.determined).map(|k| (k.symbol.name().to_owned(), k.interval)).collect(),
@@ -168,7 +174,7 @@ impl Calibrated<'_> {
     }
 
     fn data(&self, parameters: &Parameters) -> Vec<DataEntry> {
-        let entry = |(trajectory, case): (&&Trajectory, &crate::evaluator::Case)| DataEntry {
+        let entry = |(trajectory, case): (&&Trajectory, &Case)| DataEntry {
             path: trajectory.source.path.clone(),
             sha256: trajectory.source.sha256.clone(),
             follower: trajectory.follower,

@@ -8,6 +8,7 @@ pub use read::{ContentError, ResultFileError, read_bounded};
 
 use self::diagnosis::FindingEntry;
 use crate::catalog::Variant;
+use crate::evaluator::{Share, Together};
 use crate::extension::Extension;
 use crate::identify::Knowledge;
 use crate::simulate::CalibratedVariant;
@@ -178,6 +179,9 @@ pub struct DriveScore {
     pub name: String,
     /// The minimised measure; `None` if the simulation fails, such as by a collision.
     pub score: Option<f64>,
+    /// Weight of its square in the score of several drives, if that pools them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weight: Option<f64>,
     /// Root mean square errors of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\].
     pub rmse: Option<[f64; 3]>,
 }
@@ -187,6 +191,9 @@ pub struct DriveScore {
 pub struct Scores {
     /// Mean of the minimised measure over the drives without a failure.
     pub mean: Option<f64>,
+    /// The minimised measure over the same drives, if it pools them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pooled: Option<f64>,
     /// Mean over the same drives of the mean squared error of the spacing \[m²\].
     pub mse_s_m2: Option<f64>,
     /// Number of drives on which the simulation fails.
@@ -207,8 +214,15 @@ impl Scores {
             (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
         };
         let mse = |drive: &DriveScore| drive.rmse.map(|[s, ..]| s * s);
+        let pool = |drive: &DriveScore| Some((drive.score?, Share { samples: 0, weight: Some(drive.weight?) }));
+        let pooled = drives.iter().filter_map(pool).fold(None, |all: Option<Together>, (score, share)| {
+            let mut all = all.unwrap_or_default();
+            all.add(score, share);
+            Some(all)
+        });
         Scores {
             mean: mean(&|drive| drive.score),
+            pooled: pooled.map(|all| all.value()),
             mse_s_m2: mean(&mse),
             failed: drives.iter().filter(|drive| drive.score.is_none()).count(),
             folds: None,
