@@ -1,5 +1,6 @@
 //! A calibration as text for a terminal of 80 columns.
 
+use super::own;
 use crate::result::diagnosis::FindingEntry;
 use crate::result::{
     CorrelationEntry, DataEntry, DriveScore, IdentifiabilityEntry, ReplicateEntry, ResultFile, Scores,
@@ -90,6 +91,17 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
     }
 
     write_parameters(text, result)?;
+
+    let own = own::rows(result);
+    if !own.is_empty() {
+        text.push('\n');
+        let head = own::HEAD.map(str::to_owned).to_vec();
+        for row in std::iter::once(&head).chain(&own) {
+            let [first, rest @ ..] = &row[..] else { continue };
+            let rest: String = rest.iter().map(|cell| format!("  {cell:>16}")).collect();
+            writeln!(text, "{first:<14}{rest}")?;
+        }
+    }
 
     if let Some(identifiability) = &result.identifiability {
         write_identifiability(text, result, identifiability)?;

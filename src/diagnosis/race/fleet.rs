@@ -7,7 +7,7 @@
 use super::fit::{Field, Judged};
 use super::loss::{Losses, SIGNALS};
 use super::mixture::{DriverFit, Mixture, SIZES};
-use super::own::Own;
+use super::own::own_law;
 use super::surface::Surface;
 use super::{Entry, Horizon};
 use crate::diagnose::likelihood::model::Model;
@@ -114,10 +114,10 @@ impl Field {
             self.parts.units.iter().zip(surface.counts).map(|(unit, counts)| *counts && *unit == driver).collect()
         };
         let one = |(unit, counts): &(usize, Vec<bool>)| {
-            let own = Own { surface: Surface { counts, ..*surface }, common };
-            let found = own.descend(&held, watching)?;
+            let surface = Surface { counts, ..*surface };
+            let found = own_law(surface, common, &held, watching)?;
             let (place, cost) = found.as_ref().map_or((common, f64::INFINITY), |found| (&found.place, found.cost));
-            let losses = own.surface.losses(&[own.surface.values(place)])?.remove(0);
+            let losses = surface.losses(&[surface.values(place)])?.remove(0);
             Ok(OwnFit { unit: *unit, cost, losses })
         };
         let masks = drivers.into_iter().map(|driver| (driver, counts(driver)));

@@ -72,6 +72,9 @@ pub struct ResultFile {
     /// The source of the bounds and the reason for it, in words; `None` in results before 0.2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bounds_from: Option<String>,
+    /// Parameters that drivers have of their own; `parameters` then has the middle of their distribution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own: Option<OwnEntry>,
     /// Parameters within 0.1 % of the range of a bound, see [`SearchSpace::at_bound`](crate::calibrate::SearchSpace::at_bound).
     pub at_bound: Vec<String>,
     /// The scores of each drive, if there are several.
@@ -97,6 +100,41 @@ pub struct ResultFile {
     pub replicates: Vec<ReplicateEntry>,
     /// Coefficient of variation of the scores over replicates; `None` with fewer than two.
     pub cv: Option<f64>,
+}
+
+/// Parameters that drivers have of their own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OwnEntry {
+    /// Their distributions over the drivers, by name.
+    pub parameters: IndexMap<String, OwnParameter>,
+    /// The drivers.
+    pub drivers: Vec<DriverEntry>,
+}
+
+/// The normal distribution of a parameter over drivers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OwnParameter {
+    /// True if it is that of its logarithm.
+    pub logarithm: bool,
+    /// The value of the driver in the middle.
+    pub middle: f64,
+    /// Its 95 % interval.
+    pub middle_interval: [f64; 2],
+    /// Standard deviation over drivers: a share of the value if `logarithm`, else in the unit of the parameter; 0 if the drives show no difference.
+    pub spread: f64,
+    /// Its 95 % interval.
+    pub spread_interval: [f64; 2],
+}
+
+/// A driver with own parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DriverEntry {
+    /// The id, or the drive of a driver without one.
+    pub driver: String,
+    /// Positions of the driver's drives in `data`, from 0.
+    pub data: Vec<usize>,
+    /// The own parameters.
+    pub parameters: IndexMap<String, f64>,
 }
 
 /// A calibration on the same data, with or without their corrections.
@@ -376,6 +414,20 @@ impl ResultFile {
         }
         let calibrated = calibrated(variant, &self.parameters, &self.bounds, &self.convention)?;
         Ok(CalibratedVariant { history_s: self.history_s, ..calibrated })
+    }
+
+    /// The parameters on one of its drives: with those that the driver has of his own.
+    ///
+    /// # Errors [`ContentError`] if the content contradicts itself.
+    pub fn parameters_on(&self, drive: usize) -> Result<Parameters, ContentError> {
+        let CalibratedVariant { variant, mut parameters, .. } = self.calibrated_variant()?;
+        let driver = self.own.iter().flat_map(|own| &own.drivers).find(|driver| driver.data.contains(&drive));
+        for symbol in variant.parameters() {
+            if let Some(value) = driver.and_then(|driver| driver.parameters.get(symbol.name())) {
+                parameters.set(symbol, *value);
+            }
+        }
+        Ok(parameters)
     }
 }
 

@@ -4,7 +4,7 @@
 //! residuals e². Its second derivatives omit those of e (Gauss-Newton), so that the form decreases in no direction.
 
 use super::noise::{Answer, Free, Noise};
-use super::{Exactly, Optimism, student};
+use super::{Exactly, Information, Optimism, student};
 use crate::calibrate::SearchSpace;
 use crate::convention::Denominators;
 use crate::evaluator::{EvaluateError, Evaluator, Innovations, Job, Observer, Population, shares};
@@ -18,6 +18,15 @@ const STEPS: [f64; 4] = [1e-3, 1e-2, 0.1, 0.3];
 
 /// Share of its largest second derivative that is added to the quadratic form, so that a parameter without effect has a variance.
 const RIDGE: f64 = 1e-9;
+
+/// Weights of the squared residuals in the form.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Weights {
+    /// Those of the score, which is a sum of roots: they fall as the residuals grow.
+    OfScore,
+    /// Their values at the candidate. Far from a minimum, most of the slope of a root of squares is the change of these weights.
+    Fixed,
+}
 
 /// Why a candidate has no quadratic form.
 #[derive(Debug, Clone, Copy)]
@@ -121,6 +130,7 @@ impl Local {
         exactly: Exactly<'_>,
         space: &SearchSpace,
         candidate: &[f64],
+        weights: Weights,
         stop: &mut dyn FnMut() -> bool,
     ) -> Result<Result<Local, Refused>, EvaluateError> {
         const STOPPED: &str = "stopped before it was known";
@@ -166,7 +176,7 @@ impl Local {
             of_cases.fold((0.0, DVector::zeros(n)), |(m, mixed), own| (m + own.0, mixed + own.1))
         });
         let form = |(first, signals): &(usize, Vec<SignalResiduals>)| {
-            CaseForm::new(signals, *first, n, cases.len() as f64, squares.as_ref())
+            CaseForm::new(signals, *first, n, (cases.len() as f64, squares.as_ref()), weights)
         };
         let forms: Vec<CaseForm> = all.iter().map(form).collect();
         drop(all);
@@ -330,6 +340,34 @@ impl Local {
         (trace.is_finite() && trace >= 0.0).then_some(Optimism { score: trace, noise: self.power })
     }
 
+    /// Inverse of the sandwich of [`Local::spread`], and the estimates at the minimum of the form; `None` if a matrix is singular.
+    pub(super) fn information(&self) -> Option<Information> {
+        let n = self.free.len();
+        let kept: Vec<usize> = (0..n).filter(|&k| self.has_effect(k)).collect();
+        let part = |form: &DMatrix<f64>| DMatrix::from_fn(kept.len(), kept.len(), |a, b| form[(kept[a], kept[b])]);
+        let (curvature, noise) = (part(&self.curvature), part(&self.noise).cholesky()?);
+        let gradient = DVector::from_iterator(kept.len(), kept.iter().map(|k| self.gradient[*k]));
+        let (own_matrix, own_vector) = (&curvature * noise.solve(&curvature), -&curvature * noise.solve(&gradient));
+        let mut found = Information {
+            matrix: DMatrix::zeros(n, n),
+            vector: DVector::zeros(n),
+            curvature: self.curvature.diagonal(),
+        };
+        for (a, &k) in kept.iter().enumerate() {
+            found.vector[k] = own_vector[a];
+            for (b, &l) in kept.iter().enumerate() {
+                found.matrix[(k, l)] = own_matrix[(a, b)];
+            }
+        }
+        let is_finite = found.matrix.iter().chain(&found.vector).all(|x| x.is_finite());
+        is_finite.then_some(found)
+    }
+
+    /// A parameter without effect has the ridge as its curvature, and may have any value.
+    fn has_effect(&self, k: usize) -> bool {
+        self.curvature[(k, k)] >= 10.0 * self.ridge
+    }
+
     /// Standard error of parameter `k`, from the covariance of the gradient and the curvature of the score (the sandwich estimator of P. J.
     /// Huber, 1967).
     pub(super) fn spread(&self, k: usize) -> Spread {
@@ -337,8 +375,7 @@ impl Local {
         let variance_by = |form: &DMatrix<f64>| (form * &pull).dot(&pull);
         let variance = variance_by(&self.noise);
         let half = student(self.freedom) * variance.sqrt();
-        // A parameter without effect has the ridge as its curvature, and may have any value.
-        if self.curvature[(k, k)] < 10.0 * self.ridge || half.is_nan() || half <= 0.0 {
+        if !self.has_effect(k) || half.is_nan() || half <= 0.0 {
             return Spread { half: 1.0, rise: f64::NAN, effective_samples: 0.0 };
         }
         let independent = variance_by(&self.independent);
@@ -371,8 +408,8 @@ impl CaseForm {
         signals: &[SignalResiduals],
         first: usize,
         n: usize,
-        cases: f64,
-        pooled: Option<&(f64, DVector<f64>)>,
+        (cases, pooled): (f64, Option<&(f64, DVector<f64>)>),
+        weights: Weights,
     ) -> CaseForm {
         // A mean is over the cases; a term of the pooled root is the same in each of them.
         let (of_root, of_bend) = if pooled.is_some() { (1.0, cases) } else { (cases, 1.0) };
@@ -389,7 +426,10 @@ impl CaseForm {
             }
             // d(w √m)/dm, and d²(w √m)/dm².
             let first = signal.weight / of_root / (2.0 * mean_square.sqrt());
-            let second = -first / (2.0 * mean_square);
+            let second = match weights {
+                Weights::OfScore => -first / (2.0 * mean_square),
+                Weights::Fixed => 0.0,
+            };
             let mut square = DMatrix::zeros(n, n);
             let slope = |t: usize| signal.slope(t, n);
             for t in 0..count {

@@ -4,12 +4,11 @@ use super::Ground;
 use super::descent::Shared;
 use super::together::{How, Queue};
 use crate::calibrate::SearchSpace;
-use crate::evaluator::{Case, EvaluateError, Evaluator, Pull, Score, Slopes, Together, shares};
+use crate::evaluator::{Case, EvaluateError, Evaluator, Pull, Score, Slopes, shares};
 use crate::lanes::{Differences, Lanes};
 use crate::optimize::SearchBox;
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
-use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
 /// Finite difference in a coordinate, a share of its range: far above the rounding of f64, far below the scale of curvature.
@@ -129,40 +128,8 @@ impl Shared for Objective<'_> {
         let by_case = self.queue.slopes(&self.how(pull), &self.space.symbols, all, differences).await;
         let shares = shares(self.cases(), self.gof());
         let whole = |k: usize| {
-            let mut together = Together::default();
-            by_case.iter().zip(&shares).for_each(|(slopes, share)| together.add(slopes[k].cost, *share));
-            let value = together.value();
-            let mut sum = Slopes {
-                cost: 0.0,
-                gradient: DVector::zeros(n),
-                curvature: DMatrix::zeros(n, n),
-                majorant: DMatrix::zeros(n, n),
-            };
-            for (slopes, drive) in by_case.iter().map(|slopes| &slopes[k]).zip(&shares) {
-                // Derivatives of the score by that of the drive: the first, and of a root of squares also the second.
-                let (share, bend) = match drive.weight {
-                    None => (1.0 / by_case.len() as f64, 0.0),
-                    Some(weight) => {
-                        let bend = weight / (together.weights() * value.max(f64::MIN_POSITIVE.sqrt()));
-                        (bend * slopes.cost, bend)
-                    }
-                };
-                sum.cost += share * slopes.cost;
-                for (a, &i) in moved.iter().enumerate() {
-                    sum.gradient[i] += share * slopes.gradient[a];
-                    for (b, &j) in moved.iter().enumerate() {
-                        sum.curvature[(i, j)] += share * slopes.curvature[(a, b)];
-                        if bend > 0.0 {
-                            sum.curvature[(i, j)] += bend * slopes.gradient[a] * slopes.gradient[b];
-                        }
-                        sum.majorant[(i, j)] += share * slopes.majorant[(a, b)];
-                    }
-                }
-            }
-            if self.gof().is_pooled() {
-                sum.curvature -= &sum.gradient * sum.gradient.transpose() / value.max(f64::MIN_POSITIVE.sqrt());
-            }
-            sum
+            let of_cases: Vec<&Slopes> = by_case.iter().map(|slopes| &slopes[k]).collect();
+            Slopes::together(&of_cases, &shares, &moved, n)
         };
         Ok((0..places.len()).map(whole).collect())
     }
