@@ -74,7 +74,7 @@ fn with(spread: &[f64], k: usize, value: f64) -> Vec<f64> {
 fn highest(likelihood: &dyn Fn(f64) -> f64) -> f64 {
     let mut tried: Vec<f64> = (0..TRIED).rev().map(|k| LARGEST * FACTOR.powi(k)).collect();
     tried.insert(0, 0.0);
-    let values: Vec<f64> = tried.iter().map(|x| likelihood(*x)).collect();
+    let values: Vec<f64> = tried.iter().map(|x| likelihood(*x).max(f64::NEG_INFINITY)).collect();
     let best = (0..tried.len()).max_by(|a, b| values[*a].total_cmp(&values[*b])).expect("some are tried");
     if best == 0 {
         return 0.0;

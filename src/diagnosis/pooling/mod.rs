@@ -217,18 +217,19 @@ impl Fleet<'_> {
                 weights[k] = if told > 0.0 { 0.5 / (told * spread[i] * spread[i]) } else { 0.0 };
             }
             let held: Vec<usize> = (0..weights.len()).filter(|k| weights[*k] <= 0.0).collect();
-            let start: Vec<f64> = (0..weights.len())
-                .map(|k| if held.contains(&k) { self.place[k] } else { self.place[k] + driver.by[k] })
-                .collect();
             let drives = (driver.first..driver.first + driver.count).map(|case| (case, &none[..])).collect();
             let surface = Displaced { lanes: self.lanes, space: self.space, axes: self.axes, drives };
-            let scale = surface.costs(std::slice::from_ref(&start), Pull::NONE)?[0];
+            let present: Vec<f64> =
+                self.place.iter().zip(&driver.by).map(|(common, by)| (common + by).clamp(0.0, 1.0)).collect();
+            let scale = surface.costs(std::slice::from_ref(&present), Pull::NONE)?[0];
             let near = Near { surface: Squared { surface, scale }, centre: &self.place, weights };
             let course = Course { pull: Pull::NONE, turns: ITERATIONS, tolerance: TOLERANCE };
-            let starts = if start == self.place { vec![start] } else { vec![start, self.place.clone()] };
-            let walkers = descend(&near, starts, &held, course, &mut Stopping(stop))?;
+            let start =
+                (0..present.len()).map(|k| if held.contains(&k) { self.place[k] } else { present[k] }).collect();
+            let walkers = descend(&near, vec![start, self.place.clone()], &held, course, &mut Stopping(stop))?;
             let best = walkers.into_iter().filter(|w| w.cost.is_finite()).min_by(|a, b| a.cost.total_cmp(&b.cost));
-            let place = best.map_or_else(|| self.place.clone(), |walker| walker.place);
+            // A driver who would collide elsewhere stays.
+            let place = best.map_or(present, |walker| walker.place);
             Ok(place.iter().zip(&self.place).map(|(own, common)| own - common).collect())
         };
         let found: Vec<Vec<f64>> =

@@ -10,7 +10,7 @@ use crate::convention::Denominators;
 use crate::evaluator::{EvaluateError, Evaluator, Innovations, Job, Observer, Population, shares};
 use crate::lanes::Lanes;
 use crate::score::{Accumulation, Measured};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
 /// Finite-difference steps, as shares of a parameter's range; the first one that changes the result is used.
@@ -27,6 +27,10 @@ pub(super) enum Weights {
     /// Their values at the candidate. Far from a minimum, most of the slope of a root of squares is the change of these weights.
     Fixed,
 }
+
+/// Share of the largest second derivative below which a direction is flat: an estimate there would be several tens of times less certain than
+/// along the steepest one.
+const FLAT: f64 = 1e-3;
 
 /// Why a candidate has no quadratic form.
 #[derive(Debug, Clone, Copy)]
@@ -345,9 +349,21 @@ impl Local {
         let n = self.free.len();
         let kept: Vec<usize> = (0..n).filter(|&k| self.has_effect(k)).collect();
         let part = |form: &DMatrix<f64>| DMatrix::from_fn(kept.len(), kept.len(), |a, b| form[(kept[a], kept[b])]);
-        let (curvature, noise) = (part(&self.curvature), part(&self.noise).cholesky()?);
+        if kept.is_empty() {
+            return None;
+        }
         let gradient = DVector::from_iterator(kept.len(), kept.iter().map(|k| self.gradient[*k]));
-        let (own_matrix, own_vector) = (&curvature * noise.solve(&curvature), -&curvature * noise.solve(&gradient));
+        // Directions in which the score is nearly flat, because one parameter has the effect of another, tell nothing.
+        let SymmetricEigen { eigenvalues, eigenvectors } = part(&self.curvature).symmetric_eigen();
+        let steep: Vec<usize> = (0..kept.len()).filter(|&j| eigenvalues[j] > FLAT * eigenvalues.max()).collect();
+        let basis = eigenvectors.select_columns(&steep);
+        let steepness = DVector::from_iterator(steep.len(), steep.iter().map(|j| eigenvalues[*j]));
+        // No parameter is farther from the candidate than its range.
+        let step = -(basis.transpose() * gradient).component_div(&steepness).map(|step| step.clamp(-1.0, 1.0));
+        let noise = (basis.transpose() * part(&self.noise) * &basis).cholesky()?;
+        let curvature = DMatrix::from_diagonal(&steepness) * basis.transpose();
+        let own_matrix = curvature.transpose() * noise.solve(&curvature);
+        let own_vector = &own_matrix * (&basis * step);
         let mut found = Information {
             matrix: DMatrix::zeros(n, n),
             vector: DVector::zeros(n),

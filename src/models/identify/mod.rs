@@ -166,7 +166,7 @@ pub fn identify_on(
 }
 
 /// What drives say of the searched parameters near a candidate, with p the displacements from it as shares of their ranges: a density in
-/// proportion to exp(`vector`ᵀ p - pᵀ `matrix` p / 2). Zeros for a parameter without effect.
+/// proportion to exp(`vector`ᵀ p - pᵀ `matrix` p / 2). Zeros for a parameter without effect, and none in directions that are flat.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Information {
     /// Inverse of the covariance of the estimates.
