@@ -73,7 +73,7 @@ fn the_command_diagnoses_every_pair_of_a_table() {
     let short: String = (0..60).map(|i| format!("short,{:.1},20,15,15\n", 0.1 * i as f64)).collect();
     let at = |name: &str| folder.join(name).display().to_string();
     let [pairs, map, out] = ["pairs.csv", "map.toml", "out"].map(at);
-    let usable = table(12, 0, 14);
+    let usable = table(12, SPREAD, 0, 14).0;
     let samples = usable.lines().count() - 1;
     std::fs::write(&pairs, usable + &short).expect("can be written");
     std::fs::write(&map, MAP).expect("can be written");
@@ -99,7 +99,7 @@ fn a_diagnosis_and_a_fleet_have_separate_folders() {
     let folder = scratch("diagnose_fleet", "folders");
     let at = |name: &str| folder.join(name).display().to_string();
     let [pairs, map, out] = ["pairs.csv", "map.toml", "out"].map(at);
-    std::fs::write(&pairs, table(3, 0, 15)).expect("can be written");
+    std::fs::write(&pairs, table(3, SPREAD, 0, 15).0).expect("can be written");
     std::fs::write(&map, MAP).expect("can be written");
     let rest = ["--columns", &map, "--model", "l-cth", "--bounds", "human", "--out", &out];
     ok(&[&["calibrate", &pairs, "--all", "--no-intervals"], &rest[..]].concat());
@@ -114,7 +114,7 @@ fn no_pair_is_an_error_with_every_reason() {
     let folder = scratch("diagnose_fleet", "no_pair");
     let at = |name: &str| folder.join(name).display().to_string();
     let [pairs, map, empty, header] = ["pairs.csv", "map.toml", "empty.csv", "header.csv"].map(at);
-    let all = table(2, 0, 16);
+    let all = table(2, SPREAD, 0, 16).0;
     std::fs::write(&pairs, &all).expect("can be written");
     std::fs::write(&map, MAP).expect("can be written");
     std::fs::write(&empty, "").expect("can be written");
@@ -141,7 +141,7 @@ fn a_joint_calibration_of_a_table_limits_its_warnings() {
         let off = if k % 2 == 0 { 0.4 } else { 0.0 };
         speed.parse::<f64>().map_or_else(|_| format!("{line}\n"), |v| format!("{rest},{:.3},{lead}\n", v + off))
     };
-    let noisy: String = table(8, 0, 17).lines().enumerate().map(jumping).collect();
+    let noisy: String = table(8, SPREAD, 0, 17).0.lines().enumerate().map(jumping).collect();
     std::fs::write(&pairs, noisy).expect("can be written");
     std::fs::write(&map, MAP).expect("can be written");
     let settings = ["--model", "l-cth", "--bounds", "human", "--no-intervals", "--out", &out];
@@ -163,7 +163,7 @@ fn a_fault_is_of_its_drive() {
     };
     let at = |name: &str| folder.join(name).display().to_string();
     let [pairs, map] = ["pairs.csv", "map.toml"].map(at);
-    std::fs::write(&pairs, table(2, 0, 15).lines().map(scaled).collect::<String>()).expect("can be written");
+    std::fs::write(&pairs, table(2, SPREAD, 0, 15).0.lines().map(scaled).collect::<String>()).expect("can be written");
     std::fs::write(&map, MAP).expect("can be written");
     let text = ok(&["diagnose", &pairs, "--columns", &map, "--trajectory", "0,1", "--data-only"]);
     let (first, second) = text.split_once("trajectory 1").expect("two drives");
