@@ -107,14 +107,24 @@ mod tests {
     /// Drivers with a cause of twice the common size, seen with noise, and drivers without it.
     #[test]
     fn a_mixture_gives_its_share_and_size() {
-        let driver = |k: usize| {
-            let own = if k % 10 < 3 { 2.0 } else { 0.0 };
-            let noise = 0.6 * (7.3 * k as f64).sin();
-            std::array::from_fn(|i| 2.0 * ((own + noise).powi(2) - (own + noise - SIZES[i]).powi(2)))
+        let drivers = |times: f64| -> Vec<Ratios> {
+            let driver = |k: usize| {
+                let own = if k % 10 < 3 { times } else { 0.0 };
+                let noise = 0.6 * (7.3 * k as f64).sin();
+                std::array::from_fn(|i| 2.0 * ((own + noise).powi(2) - (own + noise - SIZES[i]).powi(2)))
+            };
+            (0..400).map(driver).collect()
         };
-        let all: Vec<Ratios> = (0..400).map(driver).collect();
-        let Mixture { share, size, .. } = Mixture::of(&all.iter().collect::<Vec<_>>());
-        assert!((share - 0.3).abs() < 0.04 && SIZES[size] == 2.0, "{share} {}", SIZES[size]);
+        // A common law has a small part of an effect that few drivers have.
+        for times in [2.0, 8.0] {
+            let all = drivers(times);
+            let all: Vec<&Ratios> = all.iter().collect();
+            let Mixture { share, size, .. } = Mixture::of(&all);
+            assert!((share - 0.3).abs() < 0.04 && SIZES[size] == times, "{share} {}", SIZES[size]);
+            let [low, high] = Mixture::interval(&all, 1, 0.95);
+            assert!(0.2 < low && low < 0.3 && 0.3 < high && high < 0.4, "{low} to {high}");
+        }
+        let all = drivers(2.0);
         let none: Vec<Ratios> =
             all.iter().enumerate().filter(|(k, _)| k % 10 >= 3).map(|(_, driver)| *driver).collect();
         assert!(Mixture::of(&none.iter().collect::<Vec<_>>()).share < 0.06);
