@@ -130,7 +130,7 @@ pub mod internal {
     pub mod workers;
 
     pub use leadlag_data::{statistics, text, trajectory, vehicle, whole};
-    pub use leadlag_diagnosis::{describe, diagnose, drivers, judge, race, result};
+    pub use leadlag_diagnosis::{describe, diagnose, drivers, judge, pooling, race, result};
     #[cfg(feature = "gpu")]
     pub use leadlag_models::gpu;
     pub use leadlag_models::{
@@ -145,8 +145,8 @@ use internal::gpu;
 use internal::{bench, by_hand, evaluate};
 use internal::{
     calibrate, catalog, convention, describe, diagnose, drivers, evaluator, extension, fleet, identify, lanes,
-    optimize, race, reference, rescore, result, score, select, simulate, statistics, study, symbols, synthetic, text,
-    trajectory, vehicle, wgsl, whole, workers,
+    optimize, pooling, race, reference, rescore, result, score, select, simulate, statistics, study, symbols,
+    synthetic, text, trajectory, vehicle, wgsl, whole, workers,
 };
 #[cfg(feature = "report")]
 use internal::{report, sumo};

@@ -172,6 +172,7 @@ def calibrate(
     *,
     history: float | None = None,
     folds: int | None = None,
+    own: str | Sequence[str] = (),
     progress: bool = True,
     **options: Unpack[Options],
 ) -> _native.Fit:
@@ -180,14 +181,15 @@ def calibrate(
     ``drive``: a :class:`Drive`; a pandas, Polars or Arrow table or a mapping of arrays, as :class:`Drive` takes them; a path; or several of these in a list.
     ``model``: a variant by name or id, or a :class:`Model` with extensions. ``history``: time at the start of each drive [s] in which the car is the
     measured one; simulation and score begin after it, and delays are at most as long. ``folds``: leave each driver out of one of this many further
-    calibrations; ``fit.to_dict()["held_back"]`` has the scores. ``progress``: whether a bar is shown.
+    calibrations; ``fit.to_dict()["held_back"]`` has the scores. ``own``: name of a parameter, or several, that each driver has of his own; the fit then has
+    those in the middle of their distribution, and ``fit.to_dict()["own"]`` the distribution and each driver's. ``progress``: whether a bar is shown.
 
     Options of reading are those of :func:`read`, such as ``columns`` for a table of other names and units. Settings, each a keyword:
 
     - ``bounds``: ``"acc"`` (the paper's, the default), ``"human"``, the path of a TOML file, ``{"v_0": (25, 40)}``, where one number fixes a parameter,
       or several of these in a list, of which the later replace the earlier;
     - ``fix``: values of parameters that are not searched, by name; within the bounds that a file or a mapping gives;
-    - ``gof``: the measure to minimise, such as ``"nrmse-sva"`` (the default) or ``"rmse-s"``;
+    - ``gof``: the measure to minimise, such as ``"nrmse-sva"`` (the default) or ``"rmse-s"``; ``"pooled-rmse-s"`` pools the squared errors of several drives;
     - ``convention``: ``"paper"`` or ``"authors"``;
     - ``optimizer``: ``"auto"``, ``"ga"``, ``"lshade"`` or ``"cmaes"``;
     - ``seed`` (1), ``replicates`` (1), ``max_evaluations`` (300000 simulations);
@@ -203,6 +205,7 @@ def calibrate(
     one = _settings(model, settings)
     one = one if history is None else one.history(history)
     one = one if folds is None else one.folds(folds)
+    one = one.own([own] if isinstance(own, str) else list(own))
     drives, doubts = _drives.some(drive, reading)
     _tell([*doubts, *one.warnings(drives)], 2)
     with Bar(one.model, progress) as tell:

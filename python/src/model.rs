@@ -136,6 +136,12 @@ impl Calibration {
         Calibration { inner: self.inner.clone().history(seconds), ..self.clone() }
     }
 
+    /// The same with these parameters of each driver's own.
+    fn own(&self, parameters: Vec<String>) -> Calibration {
+        let parameters: Vec<&str> = parameters.iter().map(String::as_str).collect();
+        Calibration { inner: self.inner.clone().own(&parameters), ..self.clone() }
+    }
+
     /// The same with cross-validation in this number of folds.
     fn folds(&self, folds: u64) -> Calibration {
         Calibration { inner: self.inner.clone().folds(folds), ..self.clone() }

@@ -53,6 +53,8 @@ pub struct Calibration {
     pub(crate) intervals: bool,
     /// Time at the start of each drive in which the car is the measured one \[s\], if requested.
     pub(crate) history_s: Option<f64>,
+    /// Names of the parameters that each driver has of his own.
+    pub(crate) own: Vec<String>,
     /// Number of folds of a cross-validation, if requested.
     pub(crate) folds: Option<u64>,
     /// Largest number of simulations of a replicate, if requested.
@@ -93,6 +95,7 @@ impl Calibration {
             selection: Selection::default(),
             intervals: true,
             history_s: None,
+            own: Vec::new(),
             folds: None,
             evaluations: None,
             warn: |_| {},
@@ -281,6 +284,7 @@ impl Calibration {
         let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
         once(loaded.iter().map(|one| &one.trajectory))?;
         self.fold_of(&loaded)?;
+        self.own_drivers(&loaded)?;
         let prepared = self.prepare(&loaded)?;
         let mut evaluator = self.build(&prepared.reference)?;
         // Work beside the search stops with the search, and reports no progress.
@@ -381,7 +385,9 @@ impl Calibration {
             let case = Case::new(&l.trajectory, model, l.vehicle(), self.convention, space.tau_p_upper())?;
             cases.push(case.with_extension_delay(space.extension_delay_upper())?.with_history(self.history_s)?);
         }
-        Ok(Prepared { space, reference: Reference::new(cases, self.gof) })
+        let prepared = Prepared { space, reference: Reference::new(cases, self.gof) };
+        self.own_positions(&prepared)?;
+        Ok(prepared)
     }
 
     /// Limits the delays together to the history.
@@ -436,6 +442,10 @@ impl Calibration {
         loaded: &[Loaded],
         stop: &(dyn Fn() -> bool + Sync),
     ) -> anyhow::Result<Option<String>> {
+        // Own parameters expect that drivers differ.
+        if !self.own.is_empty() {
+            return Ok(None);
+        }
         let Prepared { space, reference } = prepared;
         let labels: Vec<&str> = loaded.iter().map(|l| l.trajectory.label.as_str()).collect();
         let found: Option<Apart> = apart_until(reference.cases(), space, self.search.seed, stop)?;
@@ -494,11 +504,15 @@ impl Calibration {
                            of a crash; try --optimizer auto, --precision compensated or another --seed";
             return Err(anyhow::anyhow!(message));
         };
-        let wanted = self.intervals && !space.free().is_empty() && !stopped;
         let mut stop = || {
             stopped |= last.is_some_and(|told| progress(told).is_break());
             stopped
         };
+        let asked = Mutex::new(&mut stop);
+        let asks = || asked.lock().unwrap_or_else(PoisonError::into_inner)();
+        let own = self.own_fit(prepared, loaded, &winner.candidate, &asks)?;
+        // The intervals are those of one candidate for all drives.
+        let wanted = self.intervals && !space.free().is_empty() && !stop() && self.own.is_empty();
         let knowledge = wanted.then(|| identify(evaluator, space, &winner.candidate, &mut stop)).transpose()?;
         let knowledge = knowledge.filter(|_| !stopped);
         let trajectories: Vec<&Trajectory> = loaded.iter().map(|l| &l.trajectory).collect();
@@ -516,6 +530,7 @@ impl Calibration {
             settings: &self.search,
             replicates,
             knowledge,
+            own,
         };
         Ok(ResultFile { history_s: self.history_s, ..calibrated.into_result() })
     }

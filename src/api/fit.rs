@@ -95,10 +95,11 @@ impl Fit {
     pub fn score(&self) -> f64 {
         let gof = self.result.gof.replace('-', "_");
         let best = self.result.replicates.iter().filter_map(|replicate| replicate.score).reduce(f64::min);
-        self.result.score.get(&gof).copied().flatten().or(best).unwrap_or(f64::NAN)
+        let pooled = self.result.per_drive.as_ref().and_then(|scores| scores.pooled);
+        self.result.score.get(&gof).copied().flatten().or(pooled).or(best).unwrap_or(f64::NAN)
     }
 
-    /// The calibrated parameters by the paper's symbols, in SI units.
+    /// The calibrated parameters by the paper's symbols, in SI units; of own parameters, those in the middle of the drivers.
     #[must_use]
     pub fn parameters(&self) -> &IndexMap<String, f64> {
         &self.result.parameters
@@ -197,6 +198,7 @@ impl Fit {
         let mut calibration = Calibration::of_variant(self.variant.variant);
         calibration.convention = self.variant.convention;
         calibration.search.seed = self.result.seed;
+        calibration.own = self.result.own.iter().flat_map(|own| own.parameters.keys().cloned()).collect();
         calibration.single = self.result.bounds.iter().map(|(name, bounds)| (name.clone(), *bounds)).collect();
         calibration.minimise(&self.result.gof)
     }

@@ -18,6 +18,16 @@ pub(crate) fn lost(error: &anyhow::Error) -> String {
     format!("--folds: {error:#}; the result has no scores of left-out drivers")
 }
 
+/// The driver of each drive, numbered in their order; without an id, each drive has another driver.
+pub(crate) fn drivers_of(loaded: &[Loaded]) -> Vec<usize> {
+    let mut drivers = IndexSet::new();
+    let driver = |(k, one): (usize, &Loaded)| {
+        let id = driver_id(&one.trajectory.name, one.trajectory.id.as_deref());
+        drivers.insert_full(id.map_or_else(|| Err(k), |id| Ok(id.to_owned()))).0
+    };
+    loaded.iter().enumerate().map(driver).collect()
+}
+
 impl Calibration {
     /// The fold of each drive; `None` without cross-validation. All drives of a driver are in one fold; without an id, each drive has
     /// another driver.
@@ -29,14 +39,9 @@ impl Calibration {
         if folds < LEAST {
             return Err(Usage(format!("--folds {folds}: expected at least {LEAST}")).into());
         }
-        let mut drivers = IndexSet::new();
-        let mut driver = |(k, one): (usize, &Loaded)| {
-            let id = driver_id(&one.trajectory.name, one.trajectory.id.as_deref());
-            drivers.insert_full(id.map_or_else(|| Err(k), |id| Ok(id.to_owned()))).0
-        };
-        let of: Vec<usize> = loaded.iter().enumerate().map(&mut driver).collect();
-        if (drivers.len() as u64) < folds {
-            let found = drivers.len();
+        let of = drivers_of(loaded);
+        let found = of.iter().max().map_or(0, |last| last + 1);
+        if (found as u64) < folds {
             return Err(Usage(format!("--folds {folds}: expected at least {folds} drivers, found {found}")).into());
         }
         Ok(Some(of.into_iter().map(|driver| driver % folds as usize).collect()))

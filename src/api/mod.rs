@@ -13,6 +13,7 @@ pub(crate) mod folds;
 mod least_squares;
 pub(crate) mod model;
 pub(crate) mod once;
+mod own;
 mod population;
 pub(crate) mod reading;
 pub(crate) mod study;

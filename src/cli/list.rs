@@ -9,7 +9,7 @@ use crate::convention::Convention;
 use crate::evaluator::Case;
 use crate::extension::Extension;
 use crate::report::text::wrapped;
-use crate::score::{self, Measure, Measures};
+use crate::score::{self, GoodnessOfFit, Measure, Measures, POOLED};
 use crate::symbols::{Bounds, Symbol};
 use crate::trajectory::import::ColumnMap;
 use crate::vehicle::Vehicle;
@@ -176,7 +176,10 @@ fn columns() -> anyhow::Result<Vec<Entry>> {
 
 /// Every value of `--gof`, without weights. Those of the authors' table are columns of `evaluate`, too.
 fn gof() -> Vec<Entry> {
-    score::names().map(|(measure, signals, name)| entry(measure, signals, &name)).collect()
+    let all: Vec<(&Measure, &str, String)> = score::names().collect();
+    let pooled = all.iter().map(|(measure, signals, name)| (*measure, *signals, format!("{POOLED}{name}")));
+    let pooled = pooled.filter(|(.., name)| name.parse::<GoodnessOfFit>().is_ok());
+    all.iter().cloned().chain(pooled).map(|(measure, signals, name)| entry(measure, signals, &name)).collect()
 }
 
 fn entry(measure: &Measure, signals: &str, flag: &str) -> Entry {
@@ -197,6 +200,9 @@ fn entry(measure: &Measure, signals: &str, flag: &str) -> Entry {
     }
     if units.len() > 1 {
         meaning += " although the units differ: weights behind a colon balance them";
+    }
+    if flag.starts_with(POOLED) {
+        meaning += "; sums over the samples of all drives of --joint, not the mean over the drives";
     }
     let (column, unit) = (flag.replace('-', "_"), units.join(" + "));
     let column = Measures::NAMES.iter().find(|name| **name == column);

@@ -6,6 +6,7 @@ pub mod describe;
 pub mod diagnose;
 pub mod drivers;
 pub mod judge;
+pub mod pooling;
 pub mod race;
 pub mod result;
 

@@ -1,7 +1,7 @@
 //! The reported number: in f64, by the reference, or by lanes if a user's law or extension has no second transcription.
 
 use crate::catalog::Variant;
-use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Outcome, Population, Score};
+use crate::evaluator::{Case, EvaluateError, Evaluator, Job, Outcome, Population, Score, shares};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::{Reference, Trace, knows};
 use crate::score::GoodnessOfFit;
@@ -58,6 +58,5 @@ pub fn outcomes(cases: &[Case], parameters: &Parameters) -> Result<Vec<Outcome>,
 /// # Panics
 /// Without a case.
 pub fn score(cases: &[Case], gof: &GoodnessOfFit, parameters: &Parameters) -> Result<Score, EvaluateError> {
-    let lengths = cases.iter().map(|case| case.s.len());
-    Ok(Score::of(outcomes(cases, parameters)?.into_iter().zip(lengths), gof, cases[0].convention.bounds))
+    Ok(Score::of(outcomes(cases, parameters)?.into_iter().zip(shares(cases, gof)), gof, cases[0].convention.bounds))
 }

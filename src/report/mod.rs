@@ -10,6 +10,7 @@ pub mod fleet;
 pub mod html;
 #[cfg(feature = "cli")]
 pub mod naming;
+mod own;
 pub mod panel;
 #[cfg(feature = "parquet")]
 pub mod parquet;

@@ -1,5 +1,6 @@
 //! A calibration as text for a terminal of 80 columns.
 
+use super::own;
 use crate::result::diagnosis::FindingEntry;
 use crate::result::{
     CorrelationEntry, DataEntry, DriveScore, IdentifiabilityEntry, ReplicateEntry, ResultFile, Scores,
@@ -91,6 +92,17 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
 
     write_parameters(text, result)?;
 
+    let own = own::rows(result);
+    if !own.is_empty() {
+        text.push('\n');
+        let head = own::HEAD.map(str::to_owned).to_vec();
+        for row in std::iter::once(&head).chain(&own) {
+            let [first, rest @ ..] = &row[..] else { continue };
+            let rest: String = rest.iter().map(|cell| format!("  {cell:>16}")).collect();
+            writeln!(text, "{first:<14}{rest}")?;
+        }
+    }
+
     if let Some(identifiability) = &result.identifiability {
         write_identifiability(text, result, identifiability)?;
     }
@@ -151,11 +163,12 @@ pub(in crate::internal::report) fn scores_in_words(name: &str, scores: &Scores, 
             format!("{}{id} {score:.4}", drive.path)
         })
         .collect();
-    let mean = scores.mean.map_or("none".to_owned(), |mean| format!("{mean:.4}"));
+    let score = scores.pooled.or(scores.mean).map_or("none".to_owned(), |score| format!("{score:.4}"));
+    let mean = if scores.pooled.is_some() { "" } else { "mean " };
     let mse = scores.mse_s_m2.map_or("none".to_owned(), |mse| format!("{mse:.3} m²"));
     let folds = scores.folds.map_or(String::new(), |folds| format!(", in {folds} folds"));
     format!(
-        "{name}{folds}: {count}, mean {gof} {mean}, mean squared error of the spacing {mse}, {} fail; the worst: {}",
+        "{name}{folds}: {count}, {mean}{gof} {score}, mean squared error of the spacing {mse}, {} fail; the worst: {}",
         scores.failed,
         worst.join(", ")
     )

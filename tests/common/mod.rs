@@ -2,6 +2,7 @@
 #![allow(dead_code, reason = "every test program uses some of them")]
 
 pub mod cars;
+pub mod drivers;
 pub mod extended;
 pub mod followers;
 pub mod gpu;

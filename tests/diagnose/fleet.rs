@@ -1,86 +1,11 @@
 //! Fleets: an effect of the drivers is named, with the share of drivers that have it; drivers who only differ have no cause.
 
+use crate::common::drivers::{MAP, SPREAD, table};
 use crate::common::program::{fails, ok, scratch, stderr, succeeds};
 use leadlag::internal::diagnose::Verdict;
 use leadlag::internal::result::diagnosis::Outcome;
 use leadlag::{Diagnosis, Pairs, Reading};
-use rand::{RngExt, SeedableRng};
-use rand_chacha::ChaCha8Rng;
-use std::fmt::Write;
 use std::ops::ControlFlow;
-
-/// Step of the simulation \[s\], and number of steps between samples.
-const STEP: f64 = 0.02;
-const EVERY: usize = 5;
-/// Time constant of the drivers' lag \[s\].
-const LAG: f64 = 1.0;
-/// Shortest and longest drive \[s\].
-const LASTS: [f64; 2] = [25.0, 50.0];
-
-fn normal(rng: &mut ChaCha8Rng) -> f64 {
-    let (u, v): (f64, f64) = (rng.random(), rng.random());
-    (-2.0 * (1.0 - u).ln()).sqrt() * (std::f64::consts::TAU * v).cos()
-}
-
-/// One drive of an IDM with own parameters, with a lag or without: rows of time, spacing, speed and speed ahead. Another one if it comes
-/// too close.
-fn drive(rng: &mut ChaCha8Rng, lags: bool) -> Vec<[f64; 4]> {
-    let mut own = |middle: f64, spread: f64| middle * (spread * normal(rng)).exp();
-    let [v_0, t_h, d_0, a_max, a_min] =
-        [own(33.0, 0.05), own(1.3, 0.25), own(2.5, 0.25), own(1.4, 0.25), own(1.8, 0.25)];
-    let samples = ((LASTS[0] + rng.random::<f64>() * (LASTS[1] - LASTS[0])) / STEP) as usize;
-    let mut v_l = 8.0 + 18.0 * rng.random::<f64>();
-    let (mut target, mut pull, mut change) = (v_l, 0.3, 0.0);
-    let mut v = v_l * (0.9 + 0.15 * rng.random::<f64>());
-    let mut s = (d_0 + t_h * v) * (0.95 + 0.35 * rng.random::<f64>());
-    let (mut gust, mut moved, mut rows) = (0.0, 0.0, Vec::new());
-    for k in 0..samples {
-        let t = STEP * k as f64;
-        if t >= change {
-            (target, pull) = (2.0 + 26.0 * rng.random::<f64>(), 0.1 + 0.4 * rng.random::<f64>());
-            change = t + 6.0 + 8.0 * rng.random::<f64>();
-        }
-        if k % EVERY == 0 {
-            let noisy = |value: f64, rng: &mut ChaCha8Rng| value + 0.05 * normal(rng);
-            rows.push([t, noisy(s, rng), noisy(v, rng).max(0.0), noisy(v_l, rng).max(0.0)]);
-        }
-        let a_l = (pull * (target - v_l)).clamp(-3.5, 2.0).max(-v_l / STEP);
-        let wanted = d_0 + (t_h * v + v * (v - v_l) / (2.0 * (a_max * a_min).sqrt())).max(0.0);
-        let command = a_max * (1.0 - (v / v_0).powi(4) - (wanted / s.max(0.3)).powi(2));
-        moved += if lags { (command - moved) * STEP / LAG } else { command - moved };
-        gust += -gust * STEP / 1.5 + 0.1 * (2.0 * STEP / 1.5_f64).sqrt() * normal(rng);
-        let a = (moved + gust).max(-v / STEP);
-        s += (v_l - v) * STEP + 0.5 * (a_l - a) * STEP * STEP;
-        (v_l, v) = (v_l + a_l * STEP, v + a * STEP);
-        if s < 1.0 {
-            return drive(rng, lags);
-        }
-    }
-    rows
-}
-
-/// A table of drivers; the first `with` of them have a lag.
-fn table(drivers: usize, with: usize, seed: u64) -> String {
-    let mut rng = ChaCha8Rng::seed_from_u64(seed);
-    let mut table = String::from("driver,time_s,spacing_m,speed_mps,lead_speed_mps\n");
-    for k in 0..drivers {
-        for [t, s, v, v_l] in drive(&mut rng, k < with) {
-            writeln!(table, "{k},{t:.1},{s:.3},{v:.3},{v_l:.3}").expect("a String");
-        }
-    }
-    table
-}
-
-const MAP: &str = r#"
-title = "events"
-rows = "pairs"
-[columns]
-group = { name = "driver" }
-time = { name = "time_s", unit = "s" }
-speed = { name = "speed_mps", unit = "m/s" }
-lead_speed = { name = "lead_speed_mps", unit = "m/s" }
-gap = { name = "spacing_m", unit = "m" }
-"#;
 
 fn pairs(name: &str, table: &str) -> Pairs {
     let folder = scratch("diagnose_fleet", name);
@@ -98,7 +23,7 @@ fn diagnosed(name: &str, table: &str) -> Outcome {
 
 #[test]
 fn an_effect_of_many_drivers_is_named_with_their_share() {
-    let outcome = diagnosed("lag", &table(80, 32, 11));
+    let outcome = diagnosed("lag", &table(80, SPREAD, 32, 11).0);
     let families: Vec<&str> = outcome.causes.iter().map(|cause| cause.family.as_str()).collect();
     assert_eq!(families, ["phase"], "{} {:?}", outcome.reason, outcome.closed_loop.trials);
     let fleet = outcome.fleet.expect("a fleet");
@@ -111,7 +36,7 @@ fn an_effect_of_many_drivers_is_named_with_their_share() {
 /// With common parameters, a dead zone follows drivers of different headways better.
 #[test]
 fn drivers_who_differ_have_no_cause() {
-    let outcome = diagnosed("none", &table(60, 0, 12));
+    let outcome = diagnosed("none", &table(60, SPREAD, 0, 12).0);
     assert_eq!(outcome.verdict, Verdict::Nothing, "{:?}", outcome.causes);
     let dead_zone = outcome.closed_loop.trials.iter().find(|trial| trial.causes == ["dead_zone"]);
     let gain = dead_zone.map_or(0.0, |trial| trial.horizons[0].gain.max(trial.horizons[1].gain));
@@ -125,7 +50,7 @@ fn drivers_who_differ_have_no_cause() {
 fn a_request_to_stop_ends_a_stage() {
     let (mut last, mut stopped_in) = (String::new(), None);
     let diagnosis = Diagnosis::of("idm").expect("a law");
-    let found = diagnosis.run_all_on(&pairs("stop", &table(40, 0, 13)), &mut |progress| {
+    let found = diagnosis.run_all_on(&pairs("stop", &table(40, SPREAD, 0, 13).0), &mut |progress| {
         let is_same = std::mem::replace(&mut last, progress.stage.clone()) == progress.stage;
         stopped_in = stopped_in.take().or_else(|| is_same.then(|| progress.stage.clone()));
         if stopped_in.is_some() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
@@ -136,7 +61,7 @@ fn a_request_to_stop_ends_a_stage() {
 
 #[test]
 fn few_drivers_are_not_a_fleet() {
-    let few = diagnosed("few", &table(4, 0, 13));
+    let few = diagnosed("few", &table(4, SPREAD, 0, 13).0);
     assert_eq!(few.verdict, Verdict::NotTestable);
     assert!(few.reason.contains("at least 12 drivers, found 4"), "{}", few.reason);
 }
@@ -148,7 +73,7 @@ fn the_command_diagnoses_every_pair_of_a_table() {
     let short: String = (0..60).map(|i| format!("short,{:.1},20,15,15\n", 0.1 * i as f64)).collect();
     let at = |name: &str| folder.join(name).display().to_string();
     let [pairs, map, out] = ["pairs.csv", "map.toml", "out"].map(at);
-    let usable = table(12, 0, 14);
+    let usable = table(12, SPREAD, 0, 14).0;
     let samples = usable.lines().count() - 1;
     std::fs::write(&pairs, usable + &short).expect("can be written");
     std::fs::write(&map, MAP).expect("can be written");
@@ -174,7 +99,7 @@ fn a_diagnosis_and_a_fleet_have_separate_folders() {
     let folder = scratch("diagnose_fleet", "folders");
     let at = |name: &str| folder.join(name).display().to_string();
     let [pairs, map, out] = ["pairs.csv", "map.toml", "out"].map(at);
-    std::fs::write(&pairs, table(3, 0, 15)).expect("can be written");
+    std::fs::write(&pairs, table(3, SPREAD, 0, 15).0).expect("can be written");
     std::fs::write(&map, MAP).expect("can be written");
     let rest = ["--columns", &map, "--model", "l-cth", "--bounds", "human", "--out", &out];
     ok(&[&["calibrate", &pairs, "--all", "--no-intervals"], &rest[..]].concat());
@@ -189,7 +114,7 @@ fn no_pair_is_an_error_with_every_reason() {
     let folder = scratch("diagnose_fleet", "no_pair");
     let at = |name: &str| folder.join(name).display().to_string();
     let [pairs, map, empty, header] = ["pairs.csv", "map.toml", "empty.csv", "header.csv"].map(at);
-    let all = table(2, 0, 16);
+    let all = table(2, SPREAD, 0, 16).0;
     std::fs::write(&pairs, &all).expect("can be written");
     std::fs::write(&map, MAP).expect("can be written");
     std::fs::write(&empty, "").expect("can be written");
@@ -216,7 +141,7 @@ fn a_joint_calibration_of_a_table_limits_its_warnings() {
         let off = if k % 2 == 0 { 0.4 } else { 0.0 };
         speed.parse::<f64>().map_or_else(|_| format!("{line}\n"), |v| format!("{rest},{:.3},{lead}\n", v + off))
     };
-    let noisy: String = table(8, 0, 17).lines().enumerate().map(jumping).collect();
+    let noisy: String = table(8, SPREAD, 0, 17).0.lines().enumerate().map(jumping).collect();
     std::fs::write(&pairs, noisy).expect("can be written");
     std::fs::write(&map, MAP).expect("can be written");
     let settings = ["--model", "l-cth", "--bounds", "human", "--no-intervals", "--out", &out];
@@ -238,7 +163,7 @@ fn a_fault_is_of_its_drive() {
     };
     let at = |name: &str| folder.join(name).display().to_string();
     let [pairs, map] = ["pairs.csv", "map.toml"].map(at);
-    std::fs::write(&pairs, table(2, 0, 15).lines().map(scaled).collect::<String>()).expect("can be written");
+    std::fs::write(&pairs, table(2, SPREAD, 0, 15).0.lines().map(scaled).collect::<String>()).expect("can be written");
     std::fs::write(&map, MAP).expect("can be written");
     let text = ok(&["diagnose", &pairs, "--columns", &map, "--trajectory", "0,1", "--data-only"]);
     let (first, second) = text.split_once("trajectory 1").expect("two drives");

@@ -7,7 +7,7 @@ use leadlag::internal::calibrate::{Calibration, OptimizerKind, Replicate, Stop, 
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
 use leadlag::internal::evaluator::{
-    BufferSet, Case, Course, EvaluateError, Evaluator, Fallback, Job, Observer, Population, Raw, Score,
+    BufferSet, Case, Course, EvaluateError, Evaluator, Fallback, Job, Observer, Population, Raw, Score, Share,
 };
 use leadlag::internal::gpu::{AdapterChoice, Gpu, Limits};
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
@@ -163,8 +163,8 @@ fn two_buffer_sets_do_not_disturb_each_other() {
         let n = populations[k].len();
         let mut found = vec![Score::Rejected; 3 * n];
         gpu.collect(set, &mut found).unwrap();
-        let lengths = [700, 1100, 400];
-        (0..n).map(|i| Score::joint((0..3).map(|case| (found[case * n + i], lengths[case])))).collect::<Vec<_>>()
+        let shares = [700, 1100, 400].map(|samples| Share { samples, weight: None });
+        (0..n).map(|i| Score::joint((0..3).map(|case| (found[case * n + i], shares[case])))).collect::<Vec<_>>()
     };
     let sets = [BufferSet::A, BufferSet::B];
     gpu.submit(BufferSet::A, &jobs[0]).unwrap();

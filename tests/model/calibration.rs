@@ -9,7 +9,7 @@ use leadlag::internal::calibrate::{
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
 use leadlag::internal::evaluator::{
-    BufferSet, Case, EvaluateError, Evaluator, Failure, FailureKind, Job, Outcome, Score,
+    BufferSet, Case, EvaluateError, Evaluator, Failure, FailureKind, Job, Outcome, Score, Share,
 };
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
 use leadlag::internal::reference::{Reference, Trace, simulate};
@@ -318,15 +318,16 @@ fn a_joint_score_counts_on_through_the_cases() {
     use leadlag::internal::convention::BoundRule;
     use leadlag::internal::score::{Measures, SignalMeasures};
     let signal = |nrmse| SignalMeasures { rmse: 0.0, nrmse, rmspe: 0.0, u: 0.0, rmse_n: 0.0 };
+    let share = Share { samples: 1000, weight: None };
     let whole = |nrmse, n_cut_acc| {
         let result = Ok(Measures([signal(nrmse), signal(0.0), signal(0.0)]));
-        (Outcome { result, delay_steps: 0.0, n_cut_acc, n_cut_dec: 0 }, 1000)
+        (Outcome { result, delay_steps: 0.0, n_cut_acc, n_cut_dec: 0 }, share)
     };
     let crash = |step| {
         let result = Err(Failure { kind: FailureKind::Crash, step });
-        (Outcome { result, delay_steps: 0.0, n_cut_acc: 0, n_cut_dec: 0 }, 1000)
+        (Outcome { result, delay_steps: 0.0, n_cut_acc: 0, n_cut_dec: 0 }, share)
     };
-    let score = |outcomes: [(Outcome, usize); 2]| Score::of(outcomes, &GoodnessOfFit::NRMSE_SVA, BoundRule::Reject);
+    let score = |outcomes: [(Outcome, Share); 2]| Score::of(outcomes, &GoodnessOfFit::NRMSE_SVA, BoundRule::Reject);
     assert_eq!(score([whole(0.2, 0), whole(0.4, 0)]), Score::Value((0.2 + 0.4) / 2.0));
     assert_eq!(score([whole(0.2, 0), whole(0.4, 3)]), Score::Rejected);
     let failed = |score| match score {
@@ -336,6 +337,79 @@ fn a_joint_score_counts_on_through_the_cases() {
     assert_eq!(failed(score([crash(900), whole(0.1, 0)])), 900);
     assert_eq!(failed(score([whole(0.1, 0), crash(10)])), 1010);
     assert_eq!(failed(score([whole(0.1, 5), crash(10)])), 1010);
+}
+
+/// Errors of 3 m over 100 samples and of 5 m over 300: 9 * 100 + 25 * 300 = 8400 m² over 400 samples. Errors relative to spacings of 10 m and
+/// 20 m: 8400 m² over 100 * 100 m² + 300 * 400 m². A collision on any drive is still worse than any score.
+#[test]
+fn pooled_squares_are_those_of_all_samples() {
+    use leadlag::internal::convention::BoundRule;
+    use leadlag::internal::score::{Measured, Measures, SignalMeasures};
+    let signal = |rmse, nrmse| SignalMeasures { rmse, nrmse, rmspe: 0.0, u: 0.0, rmse_n: 0.0 };
+    let drive = |gof: &GoodnessOfFit, rmse: f64, spacing: f64, samples: usize| {
+        let own = Measured::of(&vec![spacing; samples], false);
+        let share = Share { samples, weight: gof.weight(&[own; 3]) };
+        let result = Ok(Measures([signal(rmse, rmse / spacing), signal(f64::NAN, f64::NAN), signal(0.0, 0.0)]));
+        (Outcome { result, delay_steps: 0.0, n_cut_acc: 0, n_cut_dec: 0 }, share)
+    };
+    for (name, expected) in [("pooled-rmse-s", 21.0), ("pooled_nrmse_s", 8400.0 / 130_000.0), ("pooled-rmse-s:2", 84.0)]
+    {
+        let gof: GoodnessOfFit = name.parse().expect("a goodness of fit");
+        assert_eq!(gof.to_string().parse(), Ok(gof), "{name}");
+        let drives = [drive(&gof, 3.0, 10.0, 100), drive(&gof, 5.0, 20.0, 300)];
+        let Score::Value(found) = Score::of(drives, &gof, BoundRule::Reject) else { panic!("{name}") };
+        assert!((found * found - expected).abs() < 1e-12 * expected, "{name}: {found}");
+        let crash = Outcome { result: Err(Failure { kind: FailureKind::Crash, step: 7 }), ..drives[1].0 };
+        let found = Score::of([drives[0], (crash, drives[1].1)], &gof, BoundRule::Reject);
+        assert!(matches!(found, Score::Failed(failure) if failure.step == 107), "{found:?}");
+    }
+    for name in ["pooled-rmse-sv", "pooled-u-s", "pooled-", "pooled-pooled-rmse-s"] {
+        let error = name.parse::<GoodnessOfFit>().expect_err("one signal, whose denominator is measured");
+        assert!(error.to_string().contains("pooled-rmse-s"), "{error}");
+    }
+}
+
+/// A search by derivatives finds the lowest pooled score of two different drives, one of them short; that of the mean is another.
+#[test]
+fn a_search_by_derivatives_minimises_pooled_squares() {
+    let variant: Variant = "idm".parse().expect("a base");
+    let space = SearchSpace::new(&variant, None, Convention::PAPER, &Overrides::new()).expect("bounds in order");
+    let case = |t_h: f64, samples: usize| {
+        let n = leader().len();
+        let start = trajectory(leader(), integrate(0.0, &vec![20.0; n], 0.1), vec![20.0; n]);
+        let case = Case::new(&start, variant, None, Convention::PAPER, 0.0).expect("long enough");
+        let mut trace = Trace::default();
+        let run = simulate(&case, &Parameters { t_h, ..truth(&variant) }, &mut trace);
+        assert_eq!(run.failure, None);
+        let driven = trajectory(leader(), trace.x, trace.v);
+        Case::new(&driven, variant, None, Convention::PAPER, 0.0).expect("long enough").part(0..samples)
+    };
+    let cases = vec![case(0.8, 300), case(1.6, 1200)];
+    let gof: GoodnessOfFit = "pooled-rmse-s".parse().expect("a goodness of fit");
+    let stop = Stop { max_evaluations: 40_000, ..Stop::default() };
+    let found = |gof: GoodnessOfFit, optimizer: OptimizerKind| {
+        let mut lanes = Lanes::new(cases.clone(), gof, LanesPrecision::F64).expect("lanes");
+        let settings = Calibration { optimizer, stop, ..Calibration::default() };
+        calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(())).expect("feasible").remove(0)
+    };
+    let [derivatives, without] = [OptimizerKind::Auto, OptimizerKind::Cmaes].map(|kind| found(gof, kind));
+    assert_eq!(derivatives.stop, StopReason::Converged);
+    assert!(derivatives.score < 1.001 * without.score, "{} {}", derivatives.score, without.score);
+    let reference = Reference::new(cases.clone(), gof);
+    // By hand, from the signals of the reference.
+    let pooled = |candidate: &[f64]| {
+        let (mut sum, mut count, mut trace) = (0.0, 0.0, Trace::default());
+        for case in reference.cases() {
+            let run = simulate(case, &space.parameters(candidate), &mut trace);
+            sum += trace.s.iter().zip(case.s.iter()).skip(run.first).map(|(a, b)| (a - b).powi(2)).sum::<f64>();
+            count += (case.s.len() - run.first) as f64;
+        }
+        (sum / count).sqrt()
+    };
+    let own = pooled(&derivatives.candidate);
+    assert!((own - derivatives.score).abs() < 1e-9 * own, "{own} {}", derivatives.score);
+    let mean = found("rmse-s".parse().expect("a goodness of fit"), OptimizerKind::Auto);
+    assert!(pooled(&mean.candidate) > 1.01 * own, "{} {own}", pooled(&mean.candidate));
 }
 
 /// An evaluator that ranks runs which end early as the best ones, as f32 does at the edge of the feasible region, only more often.

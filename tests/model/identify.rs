@@ -4,7 +4,7 @@ use crate::common::made_up::{self, Way};
 use leadlag::internal::calibrate::{Calibration, Overrides, SearchSpace, Stop, calibrate};
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
-use leadlag::internal::evaluator::Case;
+use leadlag::internal::evaluator::{Case, Evaluator};
 use leadlag::internal::identify::{Identifiability, Knowledge, correlation, identify};
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
 use leadlag::internal::optimize::stream;
@@ -175,6 +175,32 @@ fn near_optimal_candidates_show_what_makes_up_for_what() {
     assert_eq!(matrix[0][1], matrix[1][0]);
     assert!(matrix[0][1] < -0.5, "d_0 and t_h: {matrix:?}");
     assert_eq!(correlation(&found, &space.free(), best, -1.0), None, "nothing is better than the best");
+}
+
+/// Of two drives that are one drive twice, the mean and the pooled squares are the same score, with the same interval; it is narrower than that of
+/// the single drive.
+#[test]
+fn pooled_squares_of_a_drive_twice_give_the_interval_of_its_mean() {
+    let (candidate, _, lanes, space) = known(&drive(1500, 0.2, 1), &[("t_h", [0.3, 3.0]), ("d_0", [0.5, 8.0])], 1);
+    let of = |gof: &str, cases: usize| {
+        let gof: GoodnessOfFit = gof.parse().expect("a goodness of fit");
+        let lanes = Lanes::new(vec![lanes.cases()[0].clone(); cases], gof, LanesPrecision::F64).expect("lanes");
+        let settings =
+            Calibration { stop: Stop { max_evaluations: 5000, ..Stop::default() }, ..Calibration::default() };
+        let mut searched = Lanes::new(lanes.cases().to_vec(), gof, LanesPrecision::F64).expect("lanes");
+        let found = calibrate(&mut searched, &space, &settings, &mut |_| ControlFlow::Continue(())).expect("feasible");
+        let knowledge = identify(&lanes, &space, &found[0].candidate, &mut || false).expect("lanes");
+        assert_eq!(knowledge.note, None, "{gof}");
+        knowledge.parameters.iter().map(|known| known.interval).collect::<Vec<_>>()
+    };
+    assert_eq!(candidate.len(), 6);
+    let [one, mean, pooled] =
+        [("nrmse-s", 1), ("nrmse-s", 2), ("pooled-nrmse-s", 2)].map(|(gof, cases)| of(gof, cases));
+    for ((one, mean), pooled) in one.iter().zip(&mean).zip(&pooled) {
+        let width = |ends: &[f64; 2]| ends[1] - ends[0];
+        assert!((width(pooled) / width(mean) - 1.0).abs() < 0.01, "{pooled:?} {mean:?}");
+        assert!(width(pooled) < 0.8 * width(one), "{pooled:?} {one:?}");
+    }
 }
 
 /// A linear law that follows another car never comes near a desired speed of 60 m/s. To find this, the candidate and its neighbours

@@ -146,6 +146,26 @@ fn joint_calibration_has_one_parameter_set() {
         let single = json(&single.concat());
         assert_eq!(left_out["held_back"]["drives"][k]["score"], single["held_back"]["drives"][0]["score"]);
     }
+    // Pooled squares: the score is that of all drives together, here and on drives held back.
+    let pooled = [&arguments[..], &["--gof", "pooled-rmse-s", "--folds", "2", "--max-evaluations", "500"]].concat();
+    let told = ok(&pooled);
+    assert!(told.contains("drives: 2, pooled-rmse-s ") && !told.contains("mean pooled"), "{told}");
+    let result: Value = serde_json::from_slice(&fs::read(out.join("result.json")).unwrap()).unwrap();
+    for key in ["per_drive", "held_back"] {
+        let of = |name: &str| -> Vec<f64> {
+            let drives = result[key]["drives"].as_array().unwrap();
+            drives.iter().map(|drive| drive[name].as_f64().unwrap()).collect()
+        };
+        let (scores, weights) = (of("score"), of("weight"));
+        // The first sample is the measured start.
+        let samples = [0, 1].map(|k| result["data"][k]["samples"].as_f64().unwrap() - 1.0);
+        assert_eq!(weights, samples, "{key}");
+        let squares: f64 = scores.iter().zip(&weights).map(|(score, weight)| weight * score * score).sum();
+        let expected = (squares / weights.iter().sum::<f64>()).sqrt();
+        let found = result[key]["pooled"].as_f64().unwrap();
+        assert!((found - expected).abs() < 1e-12 * expected, "{key}: {found} {expected}");
+    }
+    assert_eq!(result["per_drive"]["pooled"], result["replicates"][0]["score"]);
     let (code, error) = fails(&[&arguments[..], &["--folds", "3"]].concat());
     assert!(code == 2 && error.contains("--folds 3: expected at least 3 drivers, found 2"), "{error}");
     let copy = scratch("cli", "joint_copy").join("copy.csv");

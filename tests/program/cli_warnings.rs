@@ -232,7 +232,11 @@ fn every_goodness_of_fit_is_listed_with_its_unit() {
     }
     named.sort();
     named.dedup();
-    assert_eq!(named.len(), 4 * 7 + 2, "every kind of every choice of signals, and two of their own");
+    assert_eq!(
+        named.len(),
+        4 * 7 + 2 + 3 * 3,
+        "every kind of every choice of signals, two of their own, and pooled ones"
+    );
     let entry = |name: &str| listed.iter().find(|entry| entry["name"] == name).expect(name);
     assert_eq!((&entry("rmse-v")["unit"], &entry("rmse-v")["column"]), (&"m/s".into(), &"rmse_v".into()));
     assert_eq!((&entry("rmse-sva")["unit"], &entry("rmse-sva")["column"]), (&"m + m/s + m/s²".into(), &Value::Null));

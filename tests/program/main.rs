@@ -18,6 +18,7 @@ mod killed;
 mod library;
 mod one_driver;
 mod own_law;
+mod own_parameters;
 mod pairs_of_features;
 mod report;
 mod sumo;

@@ -51,6 +51,10 @@ pub struct Args {
     /// long, so that all models are scored on the same samples
     #[arg(long, value_name = "S", conflicts_with = "all", value_parser = finite, allow_negative_numbers = true)]
     pub history: Option<f64>,
+    /// With --joint: parameters that each driver has of his own, near the middle of their distribution over the drivers; all others are common.
+    /// Drivers who are held back get the middle
+    #[arg(long, value_name = "NAME,...", requires = "joint", conflicts_with = "all", value_delimiter = ',')]
+    pub own: Vec<String>,
     /// With --joint: leave each driver out of one of this many further calibrations, of one replicate, whose parameters are scored on that
     /// driver
     #[arg(long, value_name = "N", requires = "joint", conflicts_with_all = ["holdout", "all"], value_parser = whole(2, REPLICATES_MAX), allow_negative_numbers = true)]
@@ -178,6 +182,7 @@ impl Args {
         calibration.selection = self.evaluator.selection()?;
         calibration.intervals = !self.search.no_intervals;
         calibration.folds = self.folds;
+        calibration.own.clone_from(&self.own);
         calibration.history_s = self.history;
         calibration.warn = warn;
         Ok(calibration)

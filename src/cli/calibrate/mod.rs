@@ -173,6 +173,7 @@ fn one(
 ) -> anyhow::Result<ResultFile> {
     once(loaded.iter().chain(held).map(|one| &one.trajectory))?;
     calibration.fold_of(loaded)?;
+    calibration.own_drivers(loaded)?;
     let prepared = calibration.prepare(loaded)?;
     let held_cases = if held.is_empty() { None } else { Some(calibration.prepare(held)?.reference) };
     let mut evaluator = calibration.build(&prepared.reference)?;
@@ -230,10 +231,9 @@ fn one(
 
 /// Text charts of the calibrated follower of each trajectory.
 fn plot(result: &ResultFile, reference: &Reference, loaded: &[Loaded]) -> anyhow::Result<()> {
-    let parameters = result.calibrated_variant()?.parameters;
-    for (case, one) in reference.cases().iter().zip(loaded) {
+    for (k, (case, one)) in reference.cases().iter().zip(loaded).enumerate() {
         let mut trace = Trace::default();
-        rescore::outcome(case, &parameters, &mut trace)?;
+        rescore::outcome(case, &result.parameters_on(k)?, &mut trace)?;
         let measured = [case.s.to_vec(), case.v_f.to_vec()];
         let lines = [("measured", measured), ("simulated", [trace.s, trace.v])];
         super::plot::print(&one.trajectory.label, &one.trajectory.t, &lines)?;

@@ -35,11 +35,10 @@ pub fn files(
         change.write("timing.json", (serde_json::to_string_pretty(&timing)? + "\n").as_bytes())?;
     }
 
-    let parameters = result.calibrated_variant()?.parameters;
     for (i, (case, one)) in cases.iter().zip(loaded).enumerate() {
         let suffix = if loaded.len() == 1 { String::new() } else { format!("_{}", i + 1) };
         let mut trace = Trace::default();
-        let outcome = rescore::outcome(case, &parameters, &mut trace)?;
+        let outcome = rescore::outcome(case, &result.parameters_on(i)?, &mut trace)?;
         let t = &one.trajectory.t;
         let mut csv = Vec::new();
         simulation::write_csv(&mut csv, t, case, &trace)?;

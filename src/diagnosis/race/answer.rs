@@ -2,22 +2,18 @@
 
 use super::fit::Entry;
 use super::loss::{Losses, PartLoss, SIGNALS};
-use super::mixture::{Mixture, Ratios};
 use super::{Answer, HORIZONS, Horizon, Named, OF_A_NAME, Policy, Request, lasts};
 use crate::diagnose::likelihood::model::{LEAD, is_lead};
 use crate::diagnose::search::skipped::Untried;
 use crate::diagnose::{DiagnoseError, Drive, Verdict};
 use crate::extension::Extension;
 use crate::judge::mean;
-use crate::optimize::stream;
 use crate::result::diagnosis::recommended::{ClosedLoopGain, Collisions, PerDrive, Recommended, RecommendedCause, Why};
 use crate::result::diagnosis::{
     CauseEntry, ErrorsEntry, HeldBackEntry, NotTriedEntry, Outcome, ParameterEntry, ShareEntry,
 };
-use crate::statistics::order_statistic;
 use crate::symbols::Parameters;
 use indexmap::IndexSet;
-use rand::RngExt;
 
 /// Half width of a 95 % interval in standard errors.
 const TWO_SIDED: f64 = 1.96;
@@ -263,9 +259,6 @@ fn jackknife(folds: &[Vec<f64>], k: usize) -> f64 {
     ((count - 1.0) / count * values.iter().map(|v| (v - centre).powi(2)).sum::<f64>()).sqrt()
 }
 
-/// Number of resamples of the drivers for the interval of their share.
-const RESAMPLES: usize = 999;
-
 impl ShareEntry {
     /// The share of the drivers with the named causes, with its 95 % interval, and the sizes of their causes; `None` without a name, or
     /// without a fleet.
@@ -284,15 +277,7 @@ impl ShareEntry {
                 ParameterEntry { value, interval: None, at_bound: axis.at_bound(value), ..parameter }
             })
         });
-        let drivers = &entry.fits[OF_A_NAME].as_ref()?.judged.as_ref()?.drivers;
-        let all: Vec<&Ratios> = drivers.iter().filter_map(|driver| driver.ratios.as_ref()).collect();
-        let mut rng = stream(seed, 0, HORIZONS as u64, 0);
-        let mut draw = |_| all[((rng.random::<f64>() * all.len() as f64) as usize).min(all.len() - 1)];
-        let mut resample = || Mixture::of(&(0..all.len()).map(&mut draw).collect::<Vec<_>>()).share;
-        let shares: Vec<f64> = (0..RESAMPLES).map(|_| resample()).collect();
-        let tail = 0.5 * (1.0 - Policy::FLEET.interval);
-        let at = |share| order_statistic(shares.iter().copied(), share).unwrap_or(f64::NAN);
-        let interval = [at(tail), at(1.0 - tail)];
+        let interval = entry.share_interval(seed)?;
         Some(ShareEntry { share: mixture.share, interval, parameters: parameters.collect() })
     }
 }

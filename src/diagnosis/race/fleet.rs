@@ -6,10 +6,11 @@
 
 use super::fit::{Field, Judged};
 use super::loss::{Losses, SIGNALS};
-use super::mixture::{DriverFit, Mixture, SIZES};
-use super::own::Own;
+use super::mixture::{DriverFit, Mixture, Ratios, SIZES};
+use super::own::own_law;
+use super::policy::Policy;
 use super::surface::Surface;
-use super::{Entry, Horizon};
+use super::{Entry, Horizon, OF_A_NAME};
 use crate::diagnose::likelihood::model::Model;
 use crate::diagnose::{DiagnoseError, Watching};
 use rayon::prelude::*;
@@ -114,10 +115,10 @@ impl Field {
             self.parts.units.iter().zip(surface.counts).map(|(unit, counts)| *counts && *unit == driver).collect()
         };
         let one = |(unit, counts): &(usize, Vec<bool>)| {
-            let own = Own { surface: Surface { counts, ..*surface }, common };
-            let found = own.descend(&held, watching)?;
+            let surface = Surface { counts, ..*surface };
+            let found = own_law(surface, common, &held, watching)?;
             let (place, cost) = found.as_ref().map_or((common, f64::INFINITY), |found| (&found.place, found.cost));
-            let losses = own.surface.losses(&[own.surface.values(place)])?.remove(0);
+            let losses = surface.losses(&[surface.values(place)])?.remove(0);
             Ok(OwnFit { unit: *unit, cost, losses })
         };
         let masks = drivers.into_iter().map(|driver| (driver, counts(driver)));
@@ -127,6 +128,14 @@ impl Field {
 }
 
 impl Entry {
+    /// The interval of the share of drivers with its causes, at the horizon of names; `None` for recordings.
+    #[must_use]
+    pub fn share_interval(&self, seed: u64) -> Option<[f64; 2]> {
+        let drivers = &self.fits[OF_A_NAME].as_ref()?.judged.as_ref()?.drivers;
+        let all: Vec<&Ratios> = drivers.iter().filter_map(|driver| driver.ratios.as_ref()).collect();
+        (!all.is_empty()).then(|| Mixture::interval(&all, seed, Policy::FLEET.interval))
+    }
+
     /// Positions of the parameters of the causes beyond those of a reference, each with the coordinate at which it does nothing.
     pub(super) fn added_places(&self, reference: &Entry) -> Vec<(usize, f64)> {
         let positions = self.added(reference).iter().flat_map(|cause| self.model.positions(cause));

@@ -1,7 +1,14 @@
 //! Drivers with a cause, and drivers without it.
 
-/// Sizes of the causes that are tried, as multiples of the common one: where few drivers have them, the common size is much too small.
-pub const SIZES: [f64; 5] = [1.0, 1.5, 2.0, 3.0, 4.5];
+use super::HORIZONS;
+use crate::optimize::stream;
+use crate::statistics::order_statistic;
+use rand::RngExt;
+
+/// Sizes of the causes that are tried, as multiples of the common one: of an effect in a third of the drivers, a common law has an eighth.
+pub const SIZES: [f64; 4] = [1.0, 2.0, 4.0, 8.0];
+/// Number of resamples of the drivers for the interval of their share.
+const RESAMPLES: usize = 999;
 /// Halvings of the range of a share, to far below its error.
 const HALVINGS: usize = 20;
 
@@ -42,6 +49,17 @@ impl Mixture {
             Mixture { likelihood: drivers.iter().map(|driver| mixture.log_likelihood(driver)).sum(), ..mixture }
         };
         (0..SIZES.len()).map(one).max_by(|a, b| a.likelihood.total_cmp(&b.likelihood)).expect("there are sizes")
+    }
+
+    /// The interval of the share with this probability, from resampled drivers.
+    #[must_use]
+    pub fn interval(drivers: &[&Ratios], seed: u64, probability: f64) -> [f64; 2] {
+        let mut rng = stream(seed, 0, HORIZONS as u64, 0);
+        let mut draw = |_| drivers[((rng.random::<f64>() * drivers.len() as f64) as usize).min(drivers.len() - 1)];
+        let mut resample = || Mixture::of(&(0..drivers.len()).map(&mut draw).collect::<Vec<_>>()).share;
+        let shares: Vec<f64> = (0..RESAMPLES).map(|_| resample()).collect();
+        let tail = 0.5 * (1.0 - probability);
+        [tail, 1.0 - tail].map(|share| order_statistic(shares.iter().copied(), share).unwrap_or(f64::NAN))
     }
 
     /// Size of the cause of these drivers, as a multiple of the common one.
@@ -89,14 +107,24 @@ mod tests {
     /// Drivers with a cause of twice the common size, seen with noise, and drivers without it.
     #[test]
     fn a_mixture_gives_its_share_and_size() {
-        let driver = |k: usize| {
-            let own = if k % 10 < 3 { 2.0 } else { 0.0 };
-            let noise = 0.6 * (7.3 * k as f64).sin();
-            std::array::from_fn(|i| 2.0 * ((own + noise).powi(2) - (own + noise - SIZES[i]).powi(2)))
+        let drivers = |times: f64| -> Vec<Ratios> {
+            let driver = |k: usize| {
+                let own = if k % 10 < 3 { times } else { 0.0 };
+                let noise = 0.6 * (7.3 * k as f64).sin();
+                std::array::from_fn(|i| 2.0 * ((own + noise).powi(2) - (own + noise - SIZES[i]).powi(2)))
+            };
+            (0..400).map(driver).collect()
         };
-        let all: Vec<Ratios> = (0..400).map(driver).collect();
-        let Mixture { share, size, .. } = Mixture::of(&all.iter().collect::<Vec<_>>());
-        assert!((share - 0.3).abs() < 0.04 && SIZES[size] == 2.0, "{share} {}", SIZES[size]);
+        // A common law has a small part of an effect that few drivers have.
+        for times in [2.0, 8.0] {
+            let all = drivers(times);
+            let all: Vec<&Ratios> = all.iter().collect();
+            let Mixture { share, size, .. } = Mixture::of(&all);
+            assert!((share - 0.3).abs() < 0.04 && SIZES[size] == times, "{share} {}", SIZES[size]);
+            let [low, high] = Mixture::interval(&all, 1, 0.95);
+            assert!(0.2 < low && low < 0.3 && 0.3 < high && high < 0.4, "{low} to {high}");
+        }
+        let all = drivers(2.0);
         let none: Vec<Ratios> =
             all.iter().enumerate().filter(|(k, _)| k % 10 >= 3).map(|(_, driver)| *driver).collect();
         assert!(Mixture::of(&none.iter().collect::<Vec<_>>()).share < 0.06);

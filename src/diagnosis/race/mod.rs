@@ -29,7 +29,7 @@ use crate::diagnose::likelihood::model::{LEAD, PHASE};
 use crate::diagnose::{DiagnoseError, Drive, Progress, Watching};
 use crate::extension::{Extension, Extensions};
 use crate::judge::{Check, Resamples, mean};
-use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, LawEntry, Power, Trial};
+use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, LawEntry, Power, Trial, TrialDrivers};
 use evidence::{Rows, Table, best_over_whole_drives, held, passed_over, table, trained};
 use not_followed::stretches;
 use rayon::prelude::*;
@@ -412,7 +412,8 @@ fn round(
     let rivals: Vec<Rows> = laws.iter().map(|(_, rows)| rows.clone()).collect();
     let found = table(&reference, &models, &left, &rivals, &answer.resamples, policy);
     let first = answer.entries.len();
-    let called = |recommended: &[&'static Extension]| named(&entered, &found, policy, recommended, first);
+    let called =
+        |recommended: &[&'static Extension]| named(&entered, &found, policy, recommended, (first, request.seed));
     let of_race = called(&[]);
     let causes = match &of_race {
         Some(named) if request.named.is_empty() => &named.causes,
@@ -421,7 +422,7 @@ fn round(
     let asked: Vec<Vec<Check>> =
         entered.iter().zip(&found.rows).map(|(entry, evidence)| checks(policy, own, entry, evidence, causes)).collect();
     for ((entry, evidence), checks) in entered.iter().zip(&found.rows).zip(&asked) {
-        answer.tried.trials.push(trial(entry, evidence, checks));
+        answer.tried.trials.push(trial(entry, evidence, checks, request.seed));
     }
     if is_first {
         answer.set = set(&entered, &found, laws);
@@ -485,7 +486,7 @@ fn named(
     table: &Table,
     policy: &Policy,
     recommended: &[&'static Extension],
-    first: usize,
+    (first, seed): (usize, u64),
 ) -> Option<Named> {
     // A cause of size zero does not change the model.
     let counts = |k: usize, cause: &'static Extension, horizons: &[usize]| {
@@ -507,10 +508,11 @@ fn named(
     members.sort_unstable();
     members.dedup();
     let gains = |k: usize| {
-        // The limit applies to the drivers with the cause.
-        let share = entered[k].mixture().map_or(1.0, |mixture| mixture.share);
         let row = &table.rows[k];
-        row.p <= policy.chance_of_a_name && row.gains[OF_A_NAME].share >= policy.least_gain * share
+        // Some drivers have the cause beyond doubt, and the limit applies to them.
+        let drivers = entered[k].mixture().zip(entered[k].share_interval(seed));
+        let (share, least) = drivers.map_or((1.0, 1.0), |(mixture, [least, _])| (mixture.share, least));
+        row.p <= policy.chance_of_a_name && least > 0.0 && row.gains[OF_A_NAME].share >= policy.least_gain * share
     };
     let count = |k: usize| families.iter().filter(|family| has(k, family, &[OF_A_NAME])).count();
     let evidence = |k: usize| -table.rows[k].t;
@@ -541,7 +543,7 @@ fn simplest(entered: &[Entry], a: usize, b: usize, number: &dyn Fn(usize) -> f64
 }
 
 /// A model in the list of those tried.
-fn trial(entry: &Entry, evidence: &Evidence, checks: &[Check]) -> Trial {
+fn trial(entry: &Entry, evidence: &Evidence, checks: &[Check], seed: u64) -> Trial {
     let gains = Horizon::ALL.iter().zip(&evidence.gains).map(|(horizon, gain)| HorizonGain {
         horizon_s: horizon.seconds(),
         gain: gain.share,
@@ -557,6 +559,11 @@ fn trial(entry: &Entry, evidence: &Evidence, checks: &[Check]) -> Trial {
         in_set: evidence.in_set,
         checks: checks.to_vec(),
         passes: checks.iter().all(|check| check.met),
+        drivers: entry.mixture().zip(entry.share_interval(seed)).map(|(mixture, interval)| TrialDrivers {
+            share: mixture.share,
+            interval,
+            size: mixture.size(),
+        }),
     }
 }
 

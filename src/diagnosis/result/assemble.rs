@@ -3,21 +3,23 @@
 use super::ExtensionEntry;
 use super::diagnosis::FindingEntry;
 use super::{
-    CorrelationEntry, DataEntry, DriveScore, IdentifiabilityEntry, KnowledgeEntry, ReplicateEntry, ResultFile,
+    CorrelationEntry, DataEntry, DriveScore, DriverEntry, IdentifiabilityEntry, KnowledgeEntry, OwnEntry, OwnParameter,
+    ReplicateEntry, ResultFile,
 };
 use super::{SCHEMA_VERSION, Scores, VehicleEntry};
 use crate::calibrate::{Calibration, Replicate, SearchSpace, best, coefficient_of_variation};
 use crate::catalog::Variant;
-use crate::evaluator::Evaluator;
+use crate::evaluator::{Case, Evaluator};
 use crate::extension::Extensions;
 use crate::identify::{CONFIDENCE, Identifiability, correlation};
+use crate::pooling::{Own, Pooled};
 use crate::reference::{Reference, Trace};
 use crate::rescore;
 use crate::score::{GoodnessOfFit, Measures};
 use crate::statistics::upper_median;
 use crate::symbols::Parameters;
 use crate::symbols::Symbol;
-use crate::trajectory::{Finding, Trajectory, Treatment};
+use crate::trajectory::{Finding, Trajectory, Treatment, driver_id};
 use crate::vehicle::Vehicle;
 use indexmap::IndexMap;
 
@@ -41,16 +43,58 @@ pub struct Calibrated<'a> {
     pub replicates: Vec<Replicate>,
     /// Identifiability of the parameters of the best candidate; `None` if not requested.
     pub knowledge: Option<Identifiability>,
+    /// Own parameters of the drivers, if requested.
+    pub own: Option<OwnFit>,
+}
+
+/// A law with own parameters of the drivers.
+#[derive(Debug, Clone)]
+pub struct OwnFit {
+    /// The fit.
+    pub pooled: Pooled,
+    /// Positions of the drives of each driver.
+    pub drives: Vec<Vec<usize>>,
+}
+
+impl OwnFit {
+    /// The parameters on a drive.
+    fn on(&self, drive: usize) -> Option<&[f64]> {
+        let driver = self.drives.iter().position(|own| own.contains(&drive))?;
+        Some(&self.pooled.drivers[driver])
+    }
+
+    fn entry(&self, trajectories: &[&Trajectory], symbols: &[Symbol]) -> OwnEntry {
+        let name = |own: &Own| symbols[own.position].name().to_owned();
+        let parameter = |own: &Own| OwnParameter {
+            logarithm: own.log,
+            middle: own.middle,
+            middle_interval: own.middle_interval,
+            spread: own.spread,
+            spread_interval: own.spread_interval,
+        };
+        let driver = |(drives, candidate): (&Vec<usize>, &Vec<f64>)| {
+            let first = trajectories[drives[0]];
+            DriverEntry {
+                driver: driver_id(&first.name, first.id.as_deref()).unwrap_or(&first.label).to_owned(),
+                data: drives.clone(),
+                parameters: self.pooled.own.iter().map(|own| (name(own), candidate[own.position])).collect(),
+            }
+        };
+        OwnEntry {
+            parameters: self.pooled.own.iter().map(|own| (name(own), parameter(own))).collect(),
+            drivers: self.drives.iter().zip(&self.pooled.drivers).map(driver).collect(),
+        }
+    }
 }
 
 /// Measures of each case; `None` of a run that failed or is rejected.
-fn measures(reference: &Reference, parameters: &Parameters) -> Vec<Option<Measures>> {
+fn measures(reference: &Reference, parameters: &dyn Fn(usize) -> Parameters) -> Vec<Option<Measures>> {
     let mut trace = Trace::default();
-    let one = |case| {
-        let outcome = rescore::outcome(case, parameters, &mut trace).ok()?;
+    let one = |(k, case): (usize, &Case)| {
+        let outcome = rescore::outcome(case, &parameters(k), &mut trace).ok()?;
         outcome.result.ok().filter(|_| !outcome.is_rejected(case.convention.bounds))
     };
-    reference.cases().iter().map(one).collect()
+    reference.cases().iter().enumerate().map(one).collect()
 }
 
 /// The scores on the cases of a reference, which are those of these trajectories.
@@ -61,20 +105,26 @@ pub fn scores_on(
     trajectories: &[&Trajectory],
     gof: &GoodnessOfFit,
 ) -> Scores {
-    scores_of(&measures(reference, parameters), trajectories, gof)
+    scores_of(&measures(reference, &|_| *parameters), reference.cases(), trajectories, gof)
 }
 
-fn scores_of(measures: &[Option<Measures>], trajectories: &[&Trajectory], gof: &GoodnessOfFit) -> Scores {
+fn scores_of(
+    measures: &[Option<Measures>],
+    cases: &[Case],
+    trajectories: &[&Trajectory],
+    gof: &GoodnessOfFit,
+) -> Scores {
     let finite = |x: f64| x.is_finite().then_some(x);
-    let one = |(trajectory, measures): (&&Trajectory, &Option<Measures>)| DriveScore {
+    let one = |((trajectory, measures), case): ((&&Trajectory, &Option<Measures>), &Case)| DriveScore {
         path: trajectory.source.path.clone(),
         trajectory: trajectory.id.clone(),
         follower: trajectory.follower,
         name: trajectory.name.clone(),
         score: measures.as_ref().and_then(|measures| finite(gof.of(measures))),
+        weight: case.share(gof).weight,
         rmse: measures.as_ref().map(|measures| measures.0.map(|signal| signal.rmse)),
     };
-    Scores::new(trajectories.iter().zip(measures).map(one).collect())
+    Scores::new(trajectories.iter().zip(measures).zip(cases).map(one).collect())
 }
 
 impl Calibrated<'_> {
@@ -85,7 +135,10 @@ impl Calibrated<'_> {
     #[must_use]
     pub fn into_result(self) -> ResultFile {
         let winner = best(&self.replicates).expect("a calibration has at least one replicate");
-        let by_drive = measures(self.reference, &self.space.parameters(&winner.candidate));
+        let candidate = self.own.as_ref().map_or(&winner.candidate, |own| &own.pooled.middle);
+        let on =
+            |drive: usize| self.space.parameters(self.own.as_ref().and_then(|own| own.on(drive)).unwrap_or(candidate));
+        let by_drive = measures(self.reference, &on);
         let measures = by_drive.iter().copied().collect::<Option<Vec<_>>>().and_then(|all| Measures::mean(&all));
         let several = self.trajectories.len() > 1;
         let variant = self.evaluator.variant();
@@ -93,7 +146,7 @@ impl Calibrated<'_> {
         let symbols = &self.space.symbols;
         let known = || self.knowledge.iter().flat_map(|knowledge| &knowledge.parameters);
         let names = || symbols.iter().map(|s| s.name().to_owned());
-        let at_bound = self.space.at_bound(&winner.candidate);
+        let at_bound = self.space.at_bound(candidate);
         ResultFile {
             schema_version: SCHEMA_VERSION,
             program: concat!("leadlag ", env!("CARGO_PKG_VERSION")).to_owned(),
@@ -105,7 +158,7 @@ impl Calibrated<'_> {
             evaluator: self.evaluator.name().to_owned(),
             precision: self.evaluator.precision().to_owned(),
             adapter: self.evaluator.adapter(),
-            data: self.data(&self.space.parameters(&winner.candidate)),
+            data: self.data(&on),
             vehicle: self.vehicle.filter(|_| needs_vehicle).map(|(vehicle, from)| VehicleEntry {
                 slug: vehicle.slug.clone(),
                 m_0: vehicle.m_0,
@@ -119,13 +172,14 @@ impl Calibrated<'_> {
             seed: self.settings.seed,
             history_s: None,
             score: scores(measures.as_ref()),
-            parameters: names().zip(winner.candidate.iter().copied()).collect(),
+            parameters: names().zip(candidate.iter().copied()).collect(),
             units: names().zip(symbols.iter().map(|s| s.unit().to_owned())).collect(),
             bounds: names().zip(self.space.bounds.iter().copied()).collect(),
             bounds_from: Some(self.bounds_from.clone()),
+            own: self.own.as_ref().map(|own| own.entry(self.trajectories, symbols)),
             drivers: None,
             compared: None,
-            per_drive: several.then(|| scores_of(&by_drive, self.trajectories, &self.gof)),
+            per_drive: several.then(|| scores_of(&by_drive, self.reference.cases(), self.trajectories, &self.gof)),
             held_back: None,
             at_bound: at_bound.into_iter().map(|s| s.name().to_owned()).collect(),
             intervals: known().filter(|k| k.determined).map(|k| (k.symbol.name().to_owned(), k.interval)).collect(),
@@ -165,15 +219,15 @@ impl Calibrated<'_> {
         }
     }
 
-    fn data(&self, parameters: &Parameters) -> Vec<DataEntry> {
-        let entry = |(trajectory, case): (&&Trajectory, &crate::evaluator::Case)| DataEntry {
+    fn data(&self, parameters: &dyn Fn(usize) -> Parameters) -> Vec<DataEntry> {
+        let entry = |(k, (trajectory, case)): (usize, (&&Trajectory, &Case))| DataEntry {
             path: trajectory.source.path.clone(),
             sha256: trajectory.source.sha256.clone(),
             follower: trajectory.follower,
             name: trajectory.name.clone(),
             samples: trajectory.len(),
             window_s: [trajectory.t[0], trajectory.t[trajectory.len() - 1]],
-            first_scored: case.first_sample(case.delay(parameters)),
+            first_scored: case.first_sample(case.delay(&parameters(k))),
             preparation: trajectory.preparation().map(ToString::to_string).collect(),
             findings: trajectory
                 .findings()
@@ -185,7 +239,7 @@ impl Calibrated<'_> {
             treatment: Treatment::of(trajectory),
             grade: trajectory.grade.as_ref().filter(|_| case.variant.needs_grade()).and_then(|g| g.source.clone()),
         };
-        self.trajectories.iter().zip(self.reference.cases()).map(entry).collect()
+        self.trajectories.iter().zip(self.reference.cases()).enumerate().map(entry).collect()
     }
 }
 

@@ -8,6 +8,7 @@ pub use read::{ContentError, ResultFileError, read_bounded};
 
 use self::diagnosis::FindingEntry;
 use crate::catalog::Variant;
+use crate::evaluator::{Share, Together};
 use crate::extension::Extension;
 use crate::identify::Knowledge;
 use crate::simulate::CalibratedVariant;
@@ -68,6 +69,9 @@ pub struct ResultFile {
     /// The source of the bounds and the reason for it, in words; `None` in results before 0.2.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub bounds_from: Option<String>,
+    /// Parameters that drivers have of their own; `parameters` then has the middle of their distribution.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub own: Option<OwnEntry>,
     /// Parameters within 0.1 % of the range of a bound, see [`SearchSpace::at_bound`](crate::calibrate::SearchSpace::at_bound).
     pub at_bound: Vec<String>,
     /// The scores of each drive, if there are several.
@@ -93,6 +97,41 @@ pub struct ResultFile {
     pub replicates: Vec<ReplicateEntry>,
     /// Coefficient of variation of the scores over replicates; `None` with fewer than two.
     pub cv: Option<f64>,
+}
+
+/// Parameters that drivers have of their own.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OwnEntry {
+    /// Their distributions over the drivers, by name.
+    pub parameters: IndexMap<String, OwnParameter>,
+    /// The drivers.
+    pub drivers: Vec<DriverEntry>,
+}
+
+/// The normal distribution of a parameter over drivers.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct OwnParameter {
+    /// True if it is that of its logarithm.
+    pub logarithm: bool,
+    /// The value of the driver in the middle.
+    pub middle: f64,
+    /// Its 95 % interval.
+    pub middle_interval: [f64; 2],
+    /// Standard deviation over drivers: a share of the value if `logarithm`, else in the unit of the parameter; 0 if the drives show no difference.
+    pub spread: f64,
+    /// Its 95 % interval.
+    pub spread_interval: [f64; 2],
+}
+
+/// A driver with own parameters.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
+pub struct DriverEntry {
+    /// The id, or the drive of a driver without one.
+    pub driver: String,
+    /// Positions of the driver's drives in `data`, from 0.
+    pub data: Vec<usize>,
+    /// The own parameters.
+    pub parameters: IndexMap<String, f64>,
 }
 
 /// A calibration on the same data, with or without their corrections.
@@ -172,6 +211,9 @@ pub struct DriveScore {
     pub name: String,
     /// The minimised measure; `None` if the simulation fails, such as by a collision.
     pub score: Option<f64>,
+    /// Weight of its square in the score of several drives, if that pools them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub weight: Option<f64>,
     /// Root mean square errors of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\].
     pub rmse: Option<[f64; 3]>,
 }
@@ -181,6 +223,9 @@ pub struct DriveScore {
 pub struct Scores {
     /// Mean of the minimised measure over the drives without a failure.
     pub mean: Option<f64>,
+    /// The minimised measure over the same drives, if it pools them.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pooled: Option<f64>,
     /// Mean over the same drives of the mean squared error of the spacing \[m²\].
     pub mse_s_m2: Option<f64>,
     /// Number of drives on which the simulation fails.
@@ -201,8 +246,15 @@ impl Scores {
             (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
         };
         let mse = |drive: &DriveScore| drive.rmse.map(|[s, ..]| s * s);
+        let pool = |drive: &DriveScore| Some((drive.score?, Share { samples: 0, weight: Some(drive.weight?) }));
+        let pooled = drives.iter().filter_map(pool).fold(None, |all: Option<Together>, (score, share)| {
+            let mut all = all.unwrap_or_default();
+            all.add(score, share);
+            Some(all)
+        });
         Scores {
             mean: mean(&|drive| drive.score),
+            pooled: pooled.map(|all| all.value()),
             mse_s_m2: mean(&mse),
             failed: drives.iter().filter(|drive| drive.score.is_none()).count(),
             folds: None,
@@ -356,6 +408,20 @@ impl ResultFile {
         }
         let calibrated = calibrated(variant, &self.parameters, &self.bounds, &self.convention)?;
         Ok(CalibratedVariant { history_s: self.history_s, ..calibrated })
+    }
+
+    /// The parameters on one of its drives: with those that the driver has of his own.
+    ///
+    /// # Errors [`ContentError`] if the content contradicts itself.
+    pub fn parameters_on(&self, drive: usize) -> Result<Parameters, ContentError> {
+        let CalibratedVariant { variant, mut parameters, .. } = self.calibrated_variant()?;
+        let driver = self.own.iter().flat_map(|own| &own.drivers).find(|driver| driver.data.contains(&drive));
+        for symbol in variant.parameters() {
+            if let Some(value) = driver.and_then(|driver| driver.parameters.get(symbol.name())) {
+                parameters.set(symbol, *value);
+            }
+        }
+        Ok(parameters)
     }
 }
 

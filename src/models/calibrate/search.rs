@@ -4,7 +4,7 @@ use super::exact::Exact;
 use super::settled::ASKED;
 use super::space::SearchSpace;
 use super::{CalibrateError, Calibration, OptimizerKind, Progress, Replicate, Stop, StopReason, Tally};
-use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Job, Population, Score};
+use crate::evaluator::{BufferSet, EvaluateError, Evaluator, Job, Population, Score, shares};
 use crate::lanes::LanesPrecision;
 use crate::optimize::{Auto, AutoSettings, Cmaes, CmaesSettings, Ended, Ga, GaSettings, Lshade, LshadeSettings};
 use crate::optimize::{Member, Merit, Optimizer, Origin};
@@ -350,7 +350,7 @@ impl<'a> Group<'a> {
         if !self.by_job.is_empty() {
             evaluator.collect(set, &mut self.by_job)?;
         }
-        let samples: Vec<usize> = evaluator.cases().iter().map(|case| case.s.len()).collect();
+        let shares = shares(evaluator.cases(), evaluator.gof());
         // The remaining approximate and exact scores.
         let mut rest = [self.by_job.as_slice(), &self.exact_by_job];
         let mut told = Vec::new();
@@ -365,7 +365,7 @@ impl<'a> Group<'a> {
             _ => {
                 let (candidates, cases) = (search.population.len(), search.cases.clone());
                 let of = |i: usize| cases.clone().enumerate().map(move |(k, case)| (k * candidates + i, case));
-                let joint = |i| Score::joint(of(i).map(|(at, case)| (own[at], samples[case])));
+                let joint = |i| Score::joint(of(i).map(|(at, case)| (own[at], shares[case])));
                 search.take(&(0..candidates).map(joint).collect::<Vec<_>>());
             }
         });

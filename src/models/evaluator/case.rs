@@ -1,7 +1,9 @@
 //! One trajectory for the runs of a variant under a convention.
 
+use super::Share;
 use crate::catalog::{Constraint, Variant};
-use crate::convention::{Acceleration, Convention, Delay, RoadLoad, Step};
+use crate::convention::{Acceleration, Convention, Delay, Denominators, RoadLoad, Step};
+use crate::score::{GoodnessOfFit, Measured};
 use crate::symbols::{Bounds, Parameters, Symbol};
 use crate::trajectory::{Grade, Trajectory};
 use crate::vehicle::Vehicle;
@@ -224,6 +226,15 @@ impl Case {
             return Err(CaseError::TooShort { label, variant, samples: case.s.len(), first });
         }
         Ok(case)
+    }
+
+    /// Its share in the score of several cases, from the first sample that any candidate is scored on.
+    #[must_use]
+    pub fn share(&self, gof: &GoodnessOfFit) -> Share {
+        let floored = self.convention.denominators == Denominators::Floored;
+        let of = |signal: &[f64], floored| Measured::of(&signal[self.earliest.min(signal.len())..], floored);
+        let weight = || gof.weight(&[of(&self.s, false), of(&self.v_f, floored), of(&self.a_f, false)]);
+        Share { samples: self.s.len(), weight: gof.is_pooled().then(weight).flatten() }
     }
 
     /// Perception delay of a candidate \[s\]: τ_p and that of an extension. NaN counts as 0, and a run marks such a

@@ -101,6 +101,12 @@ impl Population {
     }
 }
 
+/// The cases of a joint score.
+#[must_use]
+pub fn shares(cases: &[Case], gof: &GoodnessOfFit) -> Vec<Share> {
+    cases.iter().map(|case| case.share(gof)).collect()
+}
+
 /// Why a run ended early, as written in result files.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, strum::IntoStaticStr)]
 #[strum(const_into_str, serialize_all = "snake_case")]
@@ -159,29 +165,67 @@ pub enum Score {
 }
 
 impl Score {
-    /// The score of a candidate from its outcomes, one per case: the mean of `gof`; see [`Score::joint`].
+    /// The score of a candidate from its outcomes, one per case; see [`Score::joint`].
     #[must_use]
-    pub fn of(outcomes: impl IntoIterator<Item = (Outcome, usize)>, gof: &GoodnessOfFit, rule: BoundRule) -> Score {
-        Score::joint(outcomes.into_iter().map(|(outcome, samples)| (outcome.score(gof, rule), samples)))
+    pub fn of(outcomes: impl IntoIterator<Item = (Outcome, Share)>, gof: &GoodnessOfFit, rule: BoundRule) -> Score {
+        Score::joint(outcomes.into_iter().map(|(outcome, share)| (outcome.score(gof, rule), share)))
     }
 
-    /// The score of a candidate from its scores on several cases, each with the number of samples: their mean.
+    /// The score of a candidate from its scores on several cases: their mean, or the root of the weighted mean of their squares.
     ///
     /// A run that ended early outranks a touched bound. Its step includes those of earlier cases, so that of two failed candidates the one
     /// that came further is better.
     #[must_use]
-    pub fn joint(scores: impl IntoIterator<Item = (Score, usize)>) -> Score {
-        let (mut sum, mut count, mut passed, mut rejected) = (0.0, 0.0, 0, false);
-        for (score, samples) in scores {
+    pub fn joint(scores: impl IntoIterator<Item = (Score, Share)>) -> Score {
+        let (mut passed, mut rejected, mut all) = (0, false, Together::default());
+        for (score, share) in scores {
             match score {
                 Score::Failed(failure) => return Score::Failed(Failure { step: passed + failure.step, ..failure }),
                 Score::Rejected => rejected = true,
-                Score::Value(value) => sum += value,
+                Score::Value(value) => all.add(value, share),
             }
-            passed += samples;
-            count += 1.0;
+            passed += share.samples;
         }
-        if rejected { Score::Rejected } else { Score::Value(sum / count) }
+        if rejected { Score::Rejected } else { Score::Value(all.value()) }
+    }
+}
+
+/// A case in the score of several.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Share {
+    /// Its samples.
+    pub samples: usize,
+    /// Weight of its squared value if drives are pooled; `None` if their values are averaged.
+    pub weight: Option<f64>,
+}
+
+/// The values of several cases as one.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Together {
+    sum: f64,
+    weights: f64,
+    pooled: bool,
+}
+
+impl Together {
+    /// Adds the value of a case.
+    pub fn add(&mut self, value: f64, share: Share) {
+        self.pooled = share.weight.is_some();
+        self.sum += share.weight.map_or(value, |weight| weight * value * value);
+        self.weights += share.weight.unwrap_or(1.0);
+    }
+
+    /// The mean, or the root of the weighted mean of squares.
+    #[must_use]
+    pub fn value(&self) -> f64 {
+        let mean = self.sum / self.weights;
+        if self.pooled { mean.sqrt() } else { mean }
+    }
+
+    /// The sum of the weights.
+    #[must_use]
+    pub fn weights(&self) -> f64 {
+        self.weights
     }
 }
 
@@ -384,7 +428,10 @@ pub trait Evaluator: Send {
     fn variant(&self) -> &Variant {
         &self.cases()[0].variant
     }
-    /// One score per candidate, in order: the mean over the cases; failed if one case failed.
+    /// One score per candidate, in order, over all cases; failed if one case failed.
+    ///
+    /// # Errors
+    /// As [`Evaluator::collect`].
     fn evaluate(&mut self, population: &Population, scores: &mut [Score]) -> Result<(), EvaluateError> {
         let candidates = population.len();
         if scores.len() != candidates {
@@ -397,9 +444,9 @@ pub trait Evaluator: Send {
         }
         let mut all = vec![Score::Rejected; Job::candidates(&jobs)];
         self.collect(BufferSet::A, &mut all)?;
+        let shares = shares(self.cases(), self.gof());
         for (i, score) in scores.iter_mut().enumerate() {
-            let by_case = self.cases().iter().enumerate().map(|(k, case)| (all[k * candidates + i], case.s.len()));
-            *score = Score::joint(by_case);
+            *score = Score::joint(shares.iter().enumerate().map(|(k, share)| (all[k * candidates + i], *share)));
         }
         Ok(())
     }

@@ -1,6 +1,6 @@
 //! Runs that are corrected towards the measurement, for diagnoses.
 
-use super::{Failure, Raw};
+use super::{Failure, Raw, Share, Together};
 use nalgebra::{DMatrix, DVector};
 
 /// The correction of one candidate's run towards the measurement, with r = predicted - measured: a steady-state Kalman observer in
@@ -75,6 +75,42 @@ pub struct Slopes {
     pub curvature: DMatrix<f64>,
     /// The same for the weighted sum of squares that touches the score here from above.
     pub majorant: DMatrix<f64>,
+}
+
+impl Slopes {
+    /// The derivatives of the score of several drives, each with its share, in `n` coordinates, from those of each drive in the coordinates
+    /// that are moved.
+    #[must_use]
+    pub fn together(drives: &[&Slopes], shares: &[Share], moved: &[usize], n: usize) -> Slopes {
+        let mut all = Together::default();
+        drives.iter().zip(shares).for_each(|(slopes, share)| all.add(slopes.cost, *share));
+        // A root of squares is bent.
+        let root = all.value().max(f64::MIN_POSITIVE.sqrt());
+        let (vector, matrix) = (DVector::zeros(n), DMatrix::zeros(n, n));
+        let mut sum = Slopes { cost: 0.0, gradient: vector, curvature: matrix.clone(), majorant: matrix };
+        for (slopes, share) in drives.iter().zip(shares) {
+            // First and second derivative by the score of the drive.
+            let (first, second) = match share.weight {
+                None => (1.0 / drives.len() as f64, 0.0),
+                Some(weight) => (weight * slopes.cost / (all.weights() * root), weight / (all.weights() * root)),
+            };
+            sum.cost += first * slopes.cost;
+            for (a, &i) in moved.iter().enumerate() {
+                sum.gradient[i] += first * slopes.gradient[a];
+                for (b, &j) in moved.iter().enumerate() {
+                    sum.curvature[(i, j)] += first * slopes.curvature[(a, b)];
+                    sum.majorant[(i, j)] += first * slopes.majorant[(a, b)];
+                    if second > 0.0 {
+                        sum.curvature[(i, j)] += second * slopes.gradient[a] * slopes.gradient[b];
+                    }
+                }
+            }
+        }
+        if shares.iter().any(|share| share.weight.is_some()) {
+            sum.curvature -= &sum.gradient * sum.gradient.transpose() / root;
+        }
+        sum
+    }
 }
 
 /// Sums of an observed run.

@@ -1,16 +1,16 @@
 //! The score near its minimum: a quadratic form, and the displacement of the minimum by the noise of the drive.
 //!
-//! The score is Σ_k w_k √m_k over signals (and the mean over cases), where m_k is the mean of squared residuals e². Its second derivatives
-//! omit those of e (Gauss-Newton), so that the form decreases in no direction.
+//! The score is Σ_k w_k √m_k over signals (and the mean over cases, unless m_k is pooled over them), where m_k is the mean of squared
+//! residuals e². Its second derivatives omit those of e (Gauss-Newton), so that the form decreases in no direction.
 
 use super::noise::{Answer, Free, Noise};
-use super::{Exactly, Optimism, student};
+use super::{Exactly, Information, Optimism, student};
 use crate::calibrate::SearchSpace;
 use crate::convention::Denominators;
-use crate::evaluator::{EvaluateError, Evaluator, Innovations, Job, Observer, Population};
+use crate::evaluator::{EvaluateError, Evaluator, Innovations, Job, Observer, Population, shares};
 use crate::lanes::Lanes;
 use crate::score::{Accumulation, Measured};
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rayon::prelude::*;
 
 /// Finite-difference steps, as shares of a parameter's range; the first one that changes the result is used.
@@ -18,6 +18,19 @@ const STEPS: [f64; 4] = [1e-3, 1e-2, 0.1, 0.3];
 
 /// Share of its largest second derivative that is added to the quadratic form, so that a parameter without effect has a variance.
 const RIDGE: f64 = 1e-9;
+
+/// Weights of the squared residuals in the form.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub(super) enum Weights {
+    /// Those of the score, which is a sum of roots: they fall as the residuals grow.
+    OfScore,
+    /// Their values at the candidate. Far from a minimum, most of the slope of a root of squares is the change of these weights.
+    Fixed,
+}
+
+/// Share of the largest second derivative below which a direction is flat: an estimate there would be several tens of times less certain than
+/// along the steepest one.
+const FLAT: f64 = 1e-3;
 
 /// Why a candidate has no quadratic form.
 #[derive(Debug, Clone, Copy)]
@@ -121,6 +134,7 @@ impl Local {
         exactly: Exactly<'_>,
         space: &SearchSpace,
         candidate: &[f64],
+        weights: Weights,
         stop: &mut dyn FnMut() -> bool,
     ) -> Result<Result<Local, Refused>, EvaluateError> {
         const STOPPED: &str = "stopped before it was known";
@@ -141,7 +155,7 @@ impl Local {
             ridge: 0.0,
             tried: vec![0; n],
         };
-        let (mut sloped, mut forms) = (false, Vec::new());
+        let (mut sloped, mut all) = (false, Vec::new());
         for k in 0..cases.len() {
             if stop() {
                 return Ok(Err(local.refused(STOPPED)));
@@ -150,8 +164,26 @@ impl Local {
                 return Ok(Err(local.refused("the score is not defined around the candidate")));
             };
             sloped |= signals.1.iter().any(|signal| signal.slopes.iter().flatten().any(|slope| *slope != 0.0));
-            forms.push(CaseForm::new(&signals.1, signals.0, n, cases.len() as f64));
+            all.push(signals);
         }
+        let shares = shares(cases, exactly.lanes.gof());
+        let total: Option<f64> = shares.iter().map(|share| share.weight).sum();
+        let squares = total.map(|total| {
+            // The squares of all cases under one root, each with its weight.
+            for (signal, share) in
+                all.iter_mut().zip(&shares).flat_map(|((_, own), share)| own.iter_mut().map(move |s| (s, share)))
+            {
+                signal.per_count *= share.weight.unwrap_or_default() / total * signal.weight * signal.weight;
+                signal.weight = 1.0;
+            }
+            let of_cases = all.iter().flat_map(|(_, signals)| signals).map(|signal| signal.squares(n));
+            of_cases.fold((0.0, DVector::zeros(n)), |(m, mixed), own| (m + own.0, mixed + own.1))
+        });
+        let form = |(first, signals): &(usize, Vec<SignalResiduals>)| {
+            CaseForm::new(signals, *first, n, (cases.len() as f64, squares.as_ref()), weights)
+        };
+        let forms: Vec<CaseForm> = all.iter().map(form).collect();
+        drop(all);
         for form in &forms {
             local.gradient += &form.gradient;
             local.curvature += &form.curvature;
@@ -312,6 +344,46 @@ impl Local {
         (trace.is_finite() && trace >= 0.0).then_some(Optimism { score: trace, noise: self.power })
     }
 
+    /// Inverse of the sandwich of [`Local::spread`], and the estimates at the minimum of the form; `None` if a matrix is singular.
+    pub(super) fn information(&self) -> Option<Information> {
+        let n = self.free.len();
+        let kept: Vec<usize> = (0..n).filter(|&k| self.has_effect(k)).collect();
+        let part = |form: &DMatrix<f64>| DMatrix::from_fn(kept.len(), kept.len(), |a, b| form[(kept[a], kept[b])]);
+        if kept.is_empty() {
+            return None;
+        }
+        let gradient = DVector::from_iterator(kept.len(), kept.iter().map(|k| self.gradient[*k]));
+        // Directions in which the score is nearly flat, because one parameter has the effect of another, tell nothing.
+        let SymmetricEigen { eigenvalues, eigenvectors } = part(&self.curvature).symmetric_eigen();
+        let steep: Vec<usize> = (0..kept.len()).filter(|&j| eigenvalues[j] > FLAT * eigenvalues.max()).collect();
+        let basis = eigenvectors.select_columns(&steep);
+        let steepness = DVector::from_iterator(steep.len(), steep.iter().map(|j| eigenvalues[*j]));
+        // No parameter is farther from the candidate than its range.
+        let step = -(basis.transpose() * gradient).component_div(&steepness).map(|step| step.clamp(-1.0, 1.0));
+        let noise = (basis.transpose() * part(&self.noise) * &basis).cholesky()?;
+        let curvature = DMatrix::from_diagonal(&steepness) * basis.transpose();
+        let own_matrix = curvature.transpose() * noise.solve(&curvature);
+        let own_vector = &own_matrix * (&basis * step);
+        let mut found = Information {
+            matrix: DMatrix::zeros(n, n),
+            vector: DVector::zeros(n),
+            curvature: self.curvature.diagonal(),
+        };
+        for (a, &k) in kept.iter().enumerate() {
+            found.vector[k] = own_vector[a];
+            for (b, &l) in kept.iter().enumerate() {
+                found.matrix[(k, l)] = own_matrix[(a, b)];
+            }
+        }
+        let is_finite = found.matrix.iter().chain(&found.vector).all(|x| x.is_finite());
+        is_finite.then_some(found)
+    }
+
+    /// A parameter without effect has the ridge as its curvature, and may have any value.
+    fn has_effect(&self, k: usize) -> bool {
+        self.curvature[(k, k)] >= 10.0 * self.ridge
+    }
+
     /// Standard error of parameter `k`, from the covariance of the gradient and the curvature of the score (the sandwich estimator of P. J.
     /// Huber, 1967).
     pub(super) fn spread(&self, k: usize) -> Spread {
@@ -319,8 +391,7 @@ impl Local {
         let variance_by = |form: &DMatrix<f64>| (form * &pull).dot(&pull);
         let variance = variance_by(&self.noise);
         let half = student(self.freedom) * variance.sqrt();
-        // A parameter without effect has the ridge as its curvature, and may have any value.
-        if self.curvature[(k, k)] < 10.0 * self.ridge || half.is_nan() || half <= 0.0 {
+        if !self.has_effect(k) || half.is_nan() || half <= 0.0 {
             return Spread { half: 1.0, rise: f64::NAN, effective_samples: 0.0 };
         }
         let independent = variance_by(&self.independent);
@@ -331,9 +402,33 @@ impl Local {
     }
 }
 
+impl SignalResiduals {
+    /// Mean of the squared residuals, and its gradient by the searched parameters.
+    fn squares(&self, n: usize) -> (f64, DVector<f64>) {
+        let mean_square = self.residual.iter().map(|e| e * e).sum::<f64>() * self.per_count;
+        let mut mixed = DVector::zeros(n);
+        for (t, e) in self.residual.iter().enumerate() {
+            mixed.axpy(2.0 * e * self.per_count, &self.slope(t, n), 1.0);
+        }
+        (mean_square, mixed)
+    }
+
+    fn slope(&self, t: usize, n: usize) -> DVector<f64> {
+        DVector::from_iterator(n, self.slopes.iter().map(|slope| slope[t]))
+    }
+}
+
 impl CaseForm {
-    /// The part of one case of this many.
-    fn new(signals: &[SignalResiduals], first: usize, n: usize, cases: f64) -> CaseForm {
+    /// The part of one case of this many; `pooled` has the mean square of all cases and its gradient, if the score is its root.
+    fn new(
+        signals: &[SignalResiduals],
+        first: usize,
+        n: usize,
+        (cases, pooled): (f64, Option<&(f64, DVector<f64>)>),
+        weights: Weights,
+    ) -> CaseForm {
+        // A mean is over the cases; a term of the pooled root is the same in each of them.
+        let (of_root, of_bend) = if pooled.is_some() { (1.0, cases) } else { (cases, 1.0) };
         let count = signals[0].residual.len();
         let none = || vec![DVector::zeros(n); count];
         let (curvature, independent) = (DMatrix::zeros(n, n), DMatrix::zeros(n, n));
@@ -341,21 +436,23 @@ impl CaseForm {
             CaseForm { gradient: DVector::zeros(n), curvature, pulls: [none(), none(), none()], independent, first };
         let mut whole = none();
         for signal in signals {
-            let mean_square = signal.residual.iter().map(|e| e * e).sum::<f64>() * signal.per_count;
+            let (mean_square, mixed) = pooled.cloned().unwrap_or_else(|| signal.squares(n));
             if mean_square <= 0.0 {
                 continue;
             }
             // d(w √m)/dm, and d²(w √m)/dm².
-            let first = signal.weight / cases / (2.0 * mean_square.sqrt());
-            let second = -first / (2.0 * mean_square);
-            let (mut mixed, mut square) = (DVector::zeros(n), DMatrix::zeros(n, n));
-            let slope = |t: usize| DVector::from_iterator(n, signal.slopes.iter().map(|s| s[t]));
-            for (t, e) in signal.residual.iter().enumerate() {
-                mixed.axpy(2.0 * e * signal.per_count, &slope(t), 1.0);
+            let first = signal.weight / of_root / (2.0 * mean_square.sqrt());
+            let second = match weights {
+                Weights::OfScore => -first / (2.0 * mean_square),
+                Weights::Fixed => 0.0,
+            };
+            let mut square = DMatrix::zeros(n, n);
+            let slope = |t: usize| signal.slope(t, n);
+            for t in 0..count {
                 square.ger(2.0 * signal.per_count, &slope(t), &slope(t), 1.0);
             }
-            form.gradient += &mixed * first;
-            form.curvature += square * first + &mixed * mixed.transpose() * second;
+            form.gradient += &mixed * (first / of_bend);
+            form.curvature += square * first + &mixed * mixed.transpose() * (second / of_bend);
             for (t, e) in signal.residual.iter().enumerate() {
                 // From the residual itself, and from the weight of the signal, which the residual changes.
                 let mut by_residual = slope(t) * (2.0 * first * signal.per_count);

@@ -20,6 +20,8 @@ use crate::evaluator::{Case, EvaluateError, Evaluator, Score};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::rescore;
 use crate::symbols::Symbol;
+use local::Weights;
+use nalgebra::{DMatrix, DVector};
 
 /// Share of cases in which an interval should contain the true value.
 pub const CONFIDENCE: f64 = 0.95;
@@ -117,7 +119,7 @@ pub fn identify_on(
     stop: &mut dyn FnMut() -> bool,
 ) -> Result<Identifiability, EvaluateError> {
     let none = |note, evaluations| Ok(Identifiability { note: Some(note), evaluations, ..Identifiability::default() });
-    let local = match local::Local::new(exactly, space, candidate, stop)? {
+    let local = match local::Local::new(exactly, space, candidate, Weights::OfScore, stop)? {
         Ok(local) => local,
         Err(refused) => return none(refused.note, refused.evaluations),
     };
@@ -161,6 +163,32 @@ pub fn identify_on(
     let inside: Vec<bool> = local.free.iter().map(|&i| !on_bound.contains(&space.symbols[i])).collect();
     let optimism = local.optimism(&inside);
     Ok(Identifiability { parameters, optimism, note, evaluations: local.evaluations() + 1 })
+}
+
+/// What drives say of the searched parameters near a candidate, with p the displacements from it as shares of their ranges: a density in
+/// proportion to exp(`vector`ᵀ p - pᵀ `matrix` p / 2). Zeros for a parameter without effect, and none in directions that are flat.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Information {
+    /// Inverse of the covariance of the estimates.
+    pub matrix: DMatrix<f64>,
+    /// The matrix times the estimates.
+    pub vector: DVector<f64>,
+    /// Second derivatives of the score, with the weights of the squared residuals at the candidate.
+    pub curvature: DVector<f64>,
+}
+
+/// The information of some cases, which need not have their minimum at the candidate; `None` if the score has no quadratic form there.
+///
+/// # Errors
+/// As [`identify`].
+pub fn information(
+    exactly: Exactly<'_>,
+    space: &SearchSpace,
+    candidate: &[f64],
+    stop: &mut dyn FnMut() -> bool,
+) -> Result<Option<Information>, EvaluateError> {
+    let local = local::Local::new(exactly, space, candidate, Weights::Fixed, stop)?;
+    Ok(local.ok().and_then(|local| local.information()))
 }
 
 /// Ends of an interval of this half width around the value. If the bounds of a parameter exclude 0, its error grows with the value, so the

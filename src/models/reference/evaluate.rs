@@ -17,7 +17,7 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// An evaluator of these cases; the score is the mean of `gof` over them.
+    /// An evaluator of these cases; the score is that of `gof` over all of them.
     ///
     /// # Panics
     /// Without cases, or if they were prepared for different variants.
@@ -59,7 +59,8 @@ impl Reference {
     #[must_use]
     pub fn score(&self, parameters: &Parameters) -> Score {
         let mut trace = Trace::default();
-        let outcomes = self.cases.iter().map(|case| (Self::outcome(case, parameters, &mut trace), case.s.len()));
+        let outcomes =
+            self.cases.iter().map(|case| (Self::outcome(case, parameters, &mut trace), case.share(&self.gof)));
         // All cases have one convention: see `Case`.
         let bounds = self.cases.first().expect("an evaluator has a case").convention.bounds;
         Score::of(outcomes, &self.gof, bounds)

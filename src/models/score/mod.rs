@@ -196,13 +196,19 @@ impl Measures {
 /// Objective of a calibration: a weighted sum of one measure over spacing, speed and acceleration.
 ///
 /// Written as `nrmse-sva`, `rmse-s`, `u-sv`, `rmspe-v`, `rmse-sn-vn`, ... (`_` and `-` are the same);
-/// weights other than 1 follow a colon, one per signal named: `nrmse-sva:1,1,0.5`.
+/// weights other than 1 follow a colon, one per signal named: `nrmse-sva:1,1,0.5`. With `pooled-` in front, the squares of several drives
+/// are summed before the root and the division: `pooled-rmse-s`.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct GoodnessOfFit {
     measure: &'static Measure,
     /// Weights of spacing, speed, acceleration; 0 for a signal that is not compared (β_0, β_1, β_2 of Eq. 18).
     weights: [f64; 3],
+    /// True if the sums of several drives are pooled; else their values are averaged.
+    pooled: bool,
 }
+
+/// Begins the name of a goodness of fit that pools drives.
+pub const POOLED: &str = "pooled-";
 
 /// Terms per sample that a goodness of fit needs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
@@ -281,7 +287,27 @@ impl GoodnessOfFit {
     }
 
     /// NRMSE(s,v,a) with unit weights, the objective of the paper.
-    pub const NRMSE_SVA: GoodnessOfFit = GoodnessOfFit { measure: measure::NRMSE, weights: [1.0, 1.0, 1.0] };
+    pub const NRMSE_SVA: GoodnessOfFit =
+        GoodnessOfFit { measure: measure::NRMSE, weights: [1.0, 1.0, 1.0], pooled: false };
+
+    /// True if the sums of several drives are pooled.
+    #[must_use]
+    pub fn is_pooled(&self) -> bool {
+        self.pooled
+    }
+
+    /// Weight of the squared value of a drive among the pooled ones, given its measured spacing, speed and acceleration; `None` if the values
+    /// are averaged.
+    #[must_use]
+    pub fn weight(&self, measured: &[Measured; 3]) -> Option<f64> {
+        let k = self.weights.iter().position(|weight| *weight != 0.0).filter(|_| self.pooled)?;
+        Some((self.measure.count)(&measured[k]) * (self.measure.magnitude)(&measured[k]).powi(2))
+    }
+
+    /// The measure of a single signal, whose value on several drives follows from those on each; Theil's denominator depends on the run.
+    fn can_be_pooled(&self) -> bool {
+        self.weights.iter().filter(|weight| **weight != 0.0).count() == 1 && self.measure.sums != Accumulation::Theil
+    }
 
     /// Its value.
     #[must_use]
@@ -301,7 +327,8 @@ impl Default for GoodnessOfFit {
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
 #[error(
     "goodness of fit `{found}`: expected KIND-SIGNALS[:WEIGHTS] with KIND one of {}, SIGNALS some of s, v, a in this order, and \
-     one weight above 0 per signal, such as nrmse-sva or nrmse-sva:1,1,0.5; or {}{near}",
+     one weight above 0 per signal, such as nrmse-sva or nrmse-sva:1,1,0.5; or {}; or pooled- and one of rmse, rmspe, nrmse with one \
+     signal, such as pooled-rmse-s{near}",
     kinds().join(", "),
     names().filter(|(measure, ..)| !measure.mark.is_empty()).map(|(.., name)| name).collect::<Vec<_>>().join(", ")
 )]
@@ -334,13 +361,15 @@ impl FromStr for GoodnessOfFit {
             let near = did_you_mean(&normal, known.iter().map(String::as_str));
             UnknownGoodnessOfFit { found: text.to_owned(), near }
         };
-        let (name, weights) = match normal.split_once(':') {
+        let single = normal.strip_prefix(POOLED);
+        let plain = single.unwrap_or(&normal);
+        let (name, weights) = match plain.split_once(':') {
             Some((name, weights)) => (name, Some(weights)),
-            None => (normal.as_str(), None),
+            None => (plain, None),
         };
         let (measure, signals, _) = names().find(|(.., known)| known == name).ok_or_else(error)?;
         let mut given = weights.map(|w| w.split(','));
-        let mut gof = GoodnessOfFit { measure, weights: [0.0; 3] };
+        let mut gof = GoodnessOfFit { measure, weights: [0.0; 3], pooled: single.is_some() };
         for signal in signals.chars() {
             let weight = match &mut given {
                 None => 1.0,
@@ -352,7 +381,7 @@ impl FromStr for GoodnessOfFit {
             let position = "sva".find(signal).expect("the signals of a measure");
             gof.weights[position] = weight;
         }
-        if given.is_some_and(|mut rest| rest.next().is_some()) {
+        if given.is_some_and(|mut rest| rest.next().is_some()) || gof.pooled && !gof.can_be_pooled() {
             return Err(error());
         }
         Ok(gof)
@@ -363,6 +392,7 @@ impl fmt::Display for GoodnessOfFit {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let used: Vec<(char, f64)> = "sva".chars().zip(self.weights).filter(|(_, w)| *w != 0.0).collect();
         let signals: String = used.iter().map(|(c, _)| *c).collect();
+        f.write_str(if self.pooled { POOLED } else { "" })?;
         f.write_str(&self.measure.of(&signals))?;
         if used.iter().any(|(_, w)| *w != 1.0) {
             let weights: Vec<String> = used.iter().map(|(_, w)| w.to_string()).collect();

@@ -133,6 +133,7 @@ mod tests {
             in_set: share > 0.2,
             checks: Vec::new(),
             passes: false,
+            drivers: None,
         };
         let trials = vec![trial(&["grade"], 0.1), trial(&["perception_delay", "leader_accel_ff"], 0.3)];
         let picture = race("Models", &ClosedLoopEntry { trials, ..ClosedLoopEntry::default() });

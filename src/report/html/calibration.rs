@@ -5,6 +5,7 @@ use super::sumo::sumo;
 use super::{Chart, MadeBy, Page, between, drives, escape, short, within};
 use crate::diagnose::describe::error_breakdown::Budget;
 use crate::identify::CONFIDENCE;
+use crate::report::own;
 use crate::report::panel::{Panel, Series, Style};
 use crate::report::text::{OPEN, UNDETERMINED, faults, partner, scores_in_words};
 use crate::result::{KnowledgeEntry, ResultFile};
@@ -223,6 +224,9 @@ fn parameters(page: &mut Page, result: &ResultFile) {
         "warning",
     ];
     page.table("Calibrated parameters", &head, &rows);
+    if result.own.is_some() {
+        page.table("Own parameters of the drivers, whose middle is above", &own::HEAD, &own::rows(result));
+    }
     if let Some(from) = &result.bounds_from {
         page.paragraph(&format!("Bounds: {from}."));
     }

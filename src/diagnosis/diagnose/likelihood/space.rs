@@ -79,6 +79,14 @@ impl Axis {
         }
     }
 
+    /// Distance of a coordinate from that of a value larger or smaller by this share, whichever is farther.
+    #[must_use]
+    pub fn distance(&self, u: f64, share: f64) -> f64 {
+        let value = self.value(u);
+        let [below, above] = [1.0 - share, 1.0 + share].map(|factor| (self.coordinate(factor * value) - u).abs());
+        below.max(above)
+    }
+
     /// True if the bounds are equal.
     #[must_use]
     pub fn is_fixed(&self) -> bool {

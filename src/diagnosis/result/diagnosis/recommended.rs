@@ -137,6 +137,20 @@ pub struct Trial {
     pub checks: Vec<Check>,
     /// Whether it passes all checks.
     pub passes: bool,
+    /// The drivers of a fleet who have its causes.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub drivers: Option<TrialDrivers>,
+}
+
+/// Drivers with the causes of a model.
+#[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
+pub struct TrialDrivers {
+    /// Their share of all drivers.
+    pub share: f64,
+    /// Its 95 % interval.
+    pub interval: [f64; 2],
+    /// Size of the causes, as a multiple of that of the common law.
+    pub size: f64,
 }
 
 /// All results of the race.

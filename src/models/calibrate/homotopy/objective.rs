@@ -4,18 +4,17 @@ use super::Ground;
 use super::descent::Shared;
 use super::together::{How, Queue};
 use crate::calibrate::SearchSpace;
-use crate::evaluator::{Case, EvaluateError, Evaluator, Pull, Score, Slopes};
+use crate::evaluator::{Case, EvaluateError, Evaluator, Pull, Score, Slopes, shares};
 use crate::lanes::{Differences, Lanes};
 use crate::optimize::SearchBox;
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
-use nalgebra::{DMatrix, DVector};
 use std::ops::Range;
 
 /// Finite difference in a coordinate, a share of its range: far above the rounding of f64, far below the scale of curvature.
 pub const DIFFERENCE: f64 = 1e-6;
 
-/// The mean score of a variant over some cases.
+/// The score of a variant over some cases.
 pub struct Objective<'a> {
     lanes: &'a Lanes,
     queue: &'a Queue,
@@ -38,7 +37,7 @@ impl<'a> Objective<'a> {
         Objective { lanes, queue, exact, cases, space, free, bounds }
     }
 
-    /// The cases of the mean.
+    /// The cases of the score.
     pub fn cases(&self) -> &'a [Case] {
         &self.lanes.cases()[self.cases.clone()]
     }
@@ -73,12 +72,21 @@ impl<'a> Objective<'a> {
 
     /// Scores of points, and the mean of their squared shortfalls over the cases \[m²\].
     pub async fn scores(&self, places: &[Vec<f64>], pull: Pull) -> Vec<(Score, f64)> {
+        self.penalised(places, pull, 0.0).await
+    }
+
+    /// The same; this price of each squared shortfall is part of the score of its case.
+    async fn penalised(&self, places: &[Vec<f64>], pull: Pull, price: f64) -> Vec<(Score, f64)> {
         let candidates = places.iter().map(|place| self.candidate(place)).collect();
         let by_case = self.queue.scores(&self.how(pull), &self.space.symbols, candidates).await;
-        let samples: Vec<usize> = self.cases().iter().map(|case| case.s.len()).collect();
+        let shares = shares(self.cases(), self.gof());
+        let of_case = |(score, shortfall): (Score, f64)| match score {
+            Score::Value(value) => Score::Value(value + price * shortfall),
+            _ => score,
+        };
         let mean = |i: usize| {
             let shortfall = by_case.iter().map(|scores| scores[i].1).sum::<f64>() / by_case.len() as f64;
-            (Score::joint(by_case.iter().zip(&samples).map(|(scores, samples)| (scores[i].0, *samples))), shortfall)
+            (Score::joint(by_case.iter().zip(&shares).map(|(scores, share)| (of_case(scores[i]), *share))), shortfall)
         };
         (0..places.len()).map(mean).collect()
     }
@@ -94,11 +102,13 @@ impl Shared for Objective<'_> {
     /// Scores and the cost of shortfalls.
     async fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, EvaluateError> {
         let price = pull.soft.map_or(0.0, |soft| soft.price);
+        // The mean adds up all shortfalls at once; squares are pooled with the shortfall of each case, as their slopes are.
+        let [of_case, price] = if self.gof().is_pooled() { [price, 0.0] } else { [0.0, price] };
         let cost = |(score, shortfall): (Score, f64)| match score {
             Score::Value(value) if value.is_finite() => value + price * shortfall,
             _ => f64::INFINITY,
         };
-        Ok(self.scores(places, pull).await.into_iter().map(cost).collect())
+        Ok(self.penalised(places, pull, of_case).await.into_iter().map(cost).collect())
     }
 
     async fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, EvaluateError> {
@@ -116,25 +126,10 @@ impl Shared for Objective<'_> {
             }
         }
         let by_case = self.queue.slopes(&self.how(pull), &self.space.symbols, all, differences).await;
-        let share = 1.0 / by_case.len() as f64;
+        let shares = shares(self.cases(), self.gof());
         let whole = |k: usize| {
-            let mut sum = Slopes {
-                cost: 0.0,
-                gradient: DVector::zeros(n),
-                curvature: DMatrix::zeros(n, n),
-                majorant: DMatrix::zeros(n, n),
-            };
-            for slopes in by_case.iter().map(|slopes| &slopes[k]) {
-                sum.cost += share * slopes.cost;
-                for (a, &i) in moved.iter().enumerate() {
-                    sum.gradient[i] += share * slopes.gradient[a];
-                    for (b, &j) in moved.iter().enumerate() {
-                        sum.curvature[(i, j)] += share * slopes.curvature[(a, b)];
-                        sum.majorant[(i, j)] += share * slopes.majorant[(a, b)];
-                    }
-                }
-            }
-            sum
+            let of_cases: Vec<&Slopes> = by_case.iter().map(|slopes| &slopes[k]).collect();
+            Slopes::together(&of_cases, &shares, &moved, n)
         };
         Ok((0..places.len()).map(whole).collect())
     }

@@ -5,6 +5,7 @@ use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::diagnose::likelihood::observer::Noise;
 use crate::diagnose::made_up;
+use crate::evaluator::Share;
 use crate::wgsl::extension_named;
 
 /// L-CTH with a change of headway 60 s after `begin`, and the frequency and phase of a periodic disturbance.
@@ -77,7 +78,7 @@ fn an_event_of_one_recording_does_nothing_in_another() {
     };
     let alone = |drive: &Drive, r: f64| {
         let lanes = Lanes::new(vec![case(drive)], GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64);
-        (score(&mut lanes.expect("a valid text"), r), drive.samples())
+        (score(&mut lanes.expect("a valid text"), r), Share { samples: drive.samples(), weight: None })
     };
     let both = drives.iter().map(case).collect();
     let found = score(evaluator(both, &drives, &adopted).expect("a valid text").as_mut(), 0.4);
