@@ -94,8 +94,7 @@ macro_rules! with_engine {
     };
 }
 
-/// The WGSL text of one variant on the CPU, over one or several cases. Methods that simulate fail with [`EvaluateError::Delay`] or
-/// [`EvaluateError::Model`].
+/// The WGSL text of one variant on the CPU, over one or several cases.
 #[derive(Debug)]
 pub struct Lanes {
     cases: Vec<Case>,
@@ -184,6 +183,9 @@ impl Lanes {
 
     /// Runs that are corrected towards the measurement, one observer per candidate, and their sums over blocks of samples.
     ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
+    ///
     /// # Panics
     /// Unless there is one observer per candidate, and at least one sample in a block.
     pub fn observed(
@@ -200,6 +202,9 @@ impl Lanes {
 
     /// Runs that are corrected towards the measurement, sample by sample, one observer per candidate.
     ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
+    ///
     /// # Panics
     /// Unless there is one observer per candidate.
     pub fn innovations(&self, job: &Job<'_>, observers: &[Observer]) -> Result<Vec<Innovations>, EvaluateError> {
@@ -210,6 +215,9 @@ impl Lanes {
 
     /// The residuals of the same runs alone, the same numbers in less time and memory: `each` receives stretches of samples in order, up to
     /// the last one or until all candidates have failed. Returns where runs ended early.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     ///
     /// # Panics
     /// Unless there is one observer per candidate.
@@ -226,6 +234,9 @@ impl Lanes {
 
     /// The residuals of free simulations, as [`Lanes::residuals`]. `windows` resets them to the measurement, and so does a failure: the
     /// residuals of that sample are NaN. The memory of a model continues.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     pub fn free_residuals(
         &self,
         job: &Job<'_>,
@@ -239,6 +250,9 @@ impl Lanes {
     }
 
     /// Scores of pulled runs, and the sums of squares of their shortfalls \[m²\].
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     pub fn pulled(&self, job: &Job<'_>, pull: Pull) -> Result<Vec<(Score, f64)>, EvaluateError> {
         let (engine, settings, observers) = self.pulling(job, pull)?;
         let settings = Settings { reaches: true, ..settings };
@@ -246,6 +260,9 @@ impl Lanes {
     }
 
     /// Scores of pulled runs with their derivatives, by finite differences; in the order of `differences`.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     ///
     /// # Panics
     /// If differences name missing candidates.
@@ -257,6 +274,9 @@ impl Lanes {
 
     /// Sums of products of the errors of pulled runs and of their derivatives, bin by bin; in the order of `differences`, `None` where a
     /// run fails.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     ///
     /// # Panics
     /// If differences name missing candidates.
@@ -273,6 +293,9 @@ impl Lanes {
 
     /// Sums of squares of the errors of pulled runs, bin by bin: of spacing, speed, acceleration, and shortfall; `None` for a run that
     /// fails.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     pub fn squares(
         &self,
         job: &Job<'_>,
@@ -286,6 +309,9 @@ impl Lanes {
     /// Residuals of free runs whose squares add up to the score, one vector per candidate: those of spacing, then of speed, then of
     /// acceleration, one per sample of the drive; 0 before the first simulated sample and for a signal that is not compared. The vector of
     /// a run that fails is undefined.
+    ///
+    /// # Errors
+    /// [`EvaluateError::Delay`], [`EvaluateError::Model`].
     pub fn norm_residuals(&self, job: &Job<'_>) -> Result<Vec<Vec<f64>>, EvaluateError> {
         let (engine, settings, observers) = self.pulling(job, Pull::NONE)?;
         with_engine!(engine, core => core.norm_residuals(self.of(job, &settings, &observers)))
