@@ -81,7 +81,7 @@ fn a_cause_counts_if_it_has_a_size_at_one_of_the_horizons_compared() {
     let named_at = |models: &[Entry], horizons| {
         let set = ConfidenceSet { horizons, models: vec![true; 2], reference: false, laws: Vec::new() };
         let table = Table { rows: rows.clone(), sets: vec![set], found: [3.0, 0.1] };
-        named(models, &table, &Policy::DEFAULT, &[], 1).map(|named| names(&named.causes))
+        named(models, &table, &Policy::DEFAULT, &[], (1, 1)).map(|named| names(&named.causes))
     };
     for (entry, sizes) in models.iter_mut().zip([[1.0, 0.0], [1.0, 1.0]]) {
         let k = entry.model.positions(entry.causes[0])[0];
