@@ -244,6 +244,13 @@ pub fn race(
     progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
 ) -> Result<Answer, DiagnoseError> {
     let watching = Watching::new(progress);
+    if request.unit == Unit::Driver {
+        let field = Field::new(Parts::of(request.drives, request.unit), request.bounds, request.seed);
+        let answer = unjudged(request, policy, field, Vec::new(), 0);
+        if answer.tried.not_testable.is_some() {
+            return Ok(answer);
+        }
+    }
     watching.show(0.0, "fitting the base and other laws")?;
     let mut first = First::fit(request, request.drives, &watching)?;
     let not_followed = first.not_followed(request.drives, policy);
@@ -254,35 +261,8 @@ pub fn race(
         first = first.again(request, &without(request.drives, &not_followed, policy), &watching)?;
     }
     let First { field, mut base, laws, late } = first;
-    let bins: Vec<usize> = field.sizes.iter().map(loss::Sizes::count).collect();
-    let units: Vec<usize> =
-        field.parts.units.iter().zip(&bins).flat_map(|(unit, bins)| std::iter::repeat_n(*unit, *bins)).collect();
-    let resamples = match request.unit {
-        Unit::Recording => Resamples::new(&bins, policy.block_s / loss::BIN_S, policy.resamples, request.seed),
-        Unit::Driver => Resamples::of_units(&units, policy.resamples, request.seed),
-    };
-    let count: usize = bins.iter().sum();
-    let tried = ClosedLoopEntry {
-        bins: count,
-        parts: [field.parts.drives.len(), field.parts.count],
-        policy: serde_json::to_value(policy).unwrap_or_default(),
-        ..ClosedLoopEntry::default()
-    };
-    let mut answer = Answer {
-        named: None,
-        winner: None,
-        entries: Vec::new(),
-        laws: Vec::new(),
-        not_followed,
-        set: Vec::new(),
-        power: None,
-        tried,
-        simulations,
-        field,
-        resamples,
-    };
-    if let Some(why) = too_few(&answer.field.parts, count, request.unit, policy) {
-        answer.tried.not_testable = Some(why);
+    let mut answer = unjudged(request, policy, field, not_followed, simulations);
+    if answer.tried.not_testable.is_some() {
         return Ok(answer);
     }
     watching.show(0.25, "the base on unseen drives")?;
@@ -308,6 +288,44 @@ pub fn race(
         }
     }
     Ok(answer)
+}
+
+/// An answer before any model is judged; it says so if these parts cannot tell models apart.
+fn unjudged(
+    request: &Request<'_>,
+    policy: &Policy,
+    field: Field,
+    not_followed: Vec<NotFollowed>,
+    simulations: u64,
+) -> Answer {
+    let bins: Vec<usize> = field.sizes.iter().map(loss::Sizes::count).collect();
+    let units: Vec<usize> =
+        field.parts.units.iter().zip(&bins).flat_map(|(unit, bins)| std::iter::repeat_n(*unit, *bins)).collect();
+    let resamples = match request.unit {
+        Unit::Recording => Resamples::new(&bins, policy.block_s / loss::BIN_S, policy.resamples, request.seed),
+        Unit::Driver => Resamples::of_units(&units, policy.resamples, request.seed),
+    };
+    let count: usize = bins.iter().sum();
+    let tried = ClosedLoopEntry {
+        bins: count,
+        parts: [field.parts.drives.len(), field.parts.count],
+        policy: serde_json::to_value(policy).unwrap_or_default(),
+        not_testable: too_few(&field.parts, count, request.unit, policy),
+        ..ClosedLoopEntry::default()
+    };
+    Answer {
+        named: None,
+        winner: None,
+        entries: Vec::new(),
+        laws: Vec::new(),
+        not_followed,
+        set: Vec::new(),
+        power: None,
+        tried,
+        simulations,
+        field,
+        resamples,
+    }
 }
 
 /// Why parts with this number of bins cannot tell models apart, if they cannot.
