@@ -216,7 +216,7 @@ fn car(car: &Car, follower: Option<usize>, axis: &Axis) -> CarInspection {
                 (apart, time) = (0.0, 0.0);
             }
         }
-        rms(rates.into_iter())
+        rms(rates)
     });
     let difference = |shift: usize| {
         let a = car.a.as_ref()?;
