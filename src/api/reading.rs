@@ -481,7 +481,7 @@ impl Reading {
             && recording.chosen_by != ChosenBy::Group
         {
             warn(format!(
-                "{path}: the trajectories belong to {} vehicles, such as {one} and {another}, which get the same parameters; --follower NAME selects one vehicle",
+                "{path}: the trajectories belong to {} vehicles, such as {one} and {another}; --follower NAME selects one",
                 names.len()
             ));
         }

@@ -107,7 +107,11 @@ fn label(entry: &DataEntry, all: &[DataEntry]) -> String {
     let name = |entry: &DataEntry| Path::new(&entry.path).file_name().map(ToOwned::to_owned);
     let alike = all.iter().any(|other| other.path != entry.path && name(other) == name(entry));
     let file = name(entry).filter(|_| !alike).map(|name| name.to_string_lossy().into_owned());
-    format!("{}, follower {}", file.unwrap_or_else(|| entry.path.clone()), entry.follower)
+    let file = file.unwrap_or_else(|| entry.path.clone());
+    let is_same = |other: &&DataEntry| other.path == entry.path && other.follower == entry.follower;
+    // The drives of a table have the same number.
+    let car = if all.iter().filter(is_same).count() > 1 { format!(" {}", entry.name) } else { String::new() };
+    format!("{file}, follower {}{car}", entry.follower)
 }
 
 /// Charts and residuals of each trajectory.

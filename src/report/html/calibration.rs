@@ -72,12 +72,15 @@ pub fn calibration(
     if let Some((export, charts)) = exported {
         sumo(&mut page, &export, charts);
     }
+    // The replicates score the common law.
+    let of_drivers = result.per_drive.as_ref().filter(|_| result.own.is_some());
+    let score = of_drivers.map_or(result.best_score(), |scores| scores.pooled.or(scores.mean));
     let lead = format!(
         "<p class=\"verdict\"><strong>{}</strong> (root mean square, and its share of that of the measured signal) with variant {}; {} = {}.</p>",
         escape(&headline(result, errors)),
         escape(&result.numbered_model()),
         escape(&result.gof),
-        result.best_score().map_or("–".to_owned(), short),
+        score.map_or("–".to_owned(), short),
     );
     // The warnings of the command say the same with the remedies.
     let is_new = |told: &str| !made.is_some_and(|made| made.warnings.iter().any(|warning| warning.contains(told)));
