@@ -72,6 +72,13 @@ fn the_spread_of_each_parameter_is_found() {
     let rmse = (errors.iter().sum::<f64>() / (errors.len() - 1) as f64).sqrt();
     let told = found["per_drive"]["drives"][7]["rmse"][0].as_f64().expect("a number");
     assert!((rmse / told - 1.0).abs() < 1e-6, "{rmse} {told}");
+    // The page begins with the score of the drivers, not with that of the common law.
+    let page = folder.join("page.html");
+    ok(&["report", text(&folder.join("fit")), "-o", text(&page)]);
+    let html = fs::read_to_string(page).expect("written");
+    let score = html.split("nrmse-s = ").nth(1).and_then(|rest| rest.split(".</p>").next()).expect("a score");
+    let mean = found["per_drive"]["mean"].as_f64().expect("a number");
+    assert!((score.parse::<f64>().expect("a number") / mean - 1.0).abs() < 0.01, "{score} {mean}");
 }
 
 /// Their estimates differ by the noise only.
