@@ -1,6 +1,8 @@
 //! Eq. 18 and the other goodness-of-fit functions, on three samples.
 
-use super::bench::close;
+use super::bench::{close, steady, variant};
+use leadlag::internal::convention::Convention;
+use leadlag::internal::evaluator::Case;
 use leadlag::internal::score::{
     Accumulation, GoodnessOfFit, Measured, Measures, SignalMeasures, denominator, is_relative,
 };
@@ -228,4 +230,39 @@ fn a_signal_that_is_not_compared_cannot_spoil_the_score() {
     let of = |name: &str| name.parse::<GoodnessOfFit>().expect("a goodness of fit").of(&all);
     assert!(of("nrmse-sva").is_nan());
     close("nrmse-sv", "", 0, of("nrmse-sv"), 0.2166190378969060094);
+}
+
+/// Samples from 2 on count: 0, 3, 4, whose squares sum to 25. Relative errors need a value other than 0, or a speed with a floor.
+#[test]
+fn the_weight_of_a_drive_among_pooled_ones() {
+    let signal: Vec<f64> = vec![9.0, 9.0, 0.0, 3.0, 4.0];
+    for (convention, floored) in [(Convention::PAPER, 2.0), (Convention::AUTHORS, 3.0)] {
+        let case = Case::new(&steady([30.0, 20.0, 20.0]), variant("idm"), None, convention, 0.0).expect("complete");
+        let [s, v_f, a_f] = [0, 1, 2].map(|_| signal.clone());
+        let case = Case { earliest: 2, s: s.into(), v_f: v_f.into(), a_f: a_f.into(), ..case };
+        for (name, weight) in [
+            ("pooled-rmse-s", Some(3.0)),
+            ("pooled-rmse-v:2", Some(3.0)),
+            ("pooled-nrmse-s", Some(25.0)),
+            ("pooled-nrmse-a", Some(25.0)),
+            ("pooled-rmspe-s", Some(2.0)),
+            ("pooled-rmspe-v", Some(floored)),
+            ("pooled-rmspe-a", Some(2.0)),
+            ("nrmse-s", None),
+        ] {
+            let gof: GoodnessOfFit = name.parse().expect("a goodness of fit");
+            let share = case.share(&gof);
+            assert_eq!((gof.is_pooled(), share.samples), (weight.is_some(), 5), "{name}");
+            match share.weight.zip(weight) {
+                Some((found, expected)) => close(name, "-", 0, found, expected),
+                None => assert_eq!(share.weight, weight, "{name}"),
+            }
+        }
+    }
+    for name in ["pooled-rmse-sv", "pooled-nrmse-sva", "pooled-u-s"] {
+        assert!(name.parse::<GoodnessOfFit>().is_err(), "{name}: one signal, whose denominator is measured");
+    }
+    let short = Case::new(&steady([30.0, 20.0, 20.0]), variant("idm"), None, Convention::PAPER, 0.0).expect("complete");
+    let gof: GoodnessOfFit = "pooled-rmse-s".parse().expect("a goodness of fit");
+    assert_eq!(Case { earliest: 99, ..short }.share(&gof).weight, Some(0.0));
 }
