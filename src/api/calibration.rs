@@ -53,7 +53,7 @@ pub struct Calibration {
     pub(crate) intervals: bool,
     /// Time at the start of each drive in which the car is the measured one \[s\], if requested.
     pub(crate) history_s: Option<f64>,
-    /// Names of the parameters that each driver has of his own.
+    /// Names of the own parameters of the drivers.
     pub(crate) own: Vec<String>,
     /// Number of folds of a cross-validation, if requested.
     pub(crate) folds: Option<u64>,

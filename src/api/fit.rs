@@ -37,7 +37,7 @@ pub struct Simulation {
     /// Simulated acceleration \[m/s²\].
     pub acceleration: Vec<f64>,
     /// Every measure of the error by name, such as `nrmse_sva` or `rmse_s`; those that do not exist for the drive are left out, all of them
-    /// / if the run ended early.
+    /// if the run ended early.
     pub scores: IndexMap<&'static str, f64>,
     /// Why the run ended early: a crash, for example.
     pub ended: Option<String>,

@@ -1,4 +1,4 @@
-//! Parameters that drivers have of their own in a calibration of one law for many.
+//! Own parameters of the drivers in a calibration of one law for many.
 
 use super::bounds::unknown;
 use super::calibration::{Calibration, Prepared};
@@ -11,9 +11,9 @@ use crate::result::assemble::OwnFit;
 use crate::score::Accumulation;
 
 impl Calibration {
-    /// Parameters that each driver has of his own; all others are common. They are drawn to the middle of their distribution over drivers, the
-    /// more, the less the drives of a driver say. The parameters of the fit are those in the middle, for a driver who is not known; its JSON
-    /// has the distribution and those of each driver.
+    /// Gives each driver own values of these parameters; all others are common. Own values are drawn towards the middle of their distribution
+    /// over drivers, the more, the less the drives determine. The fit has the values in the middle, as for an unknown driver; its JSON has the
+    /// distribution and the values of each driver.
     #[must_use]
     pub fn own(mut self, parameters: &[&str]) -> Calibration {
         self.own = parameters.iter().map(|&name| name.to_owned()).collect();

@@ -211,7 +211,7 @@ mod tests {
             all.map(|(_, variant, population)| (variant.id(), *population)).collect()
         };
         let (without, with) = (plan(Effort::Full, false), plan(Effort::Full, true));
-        assert_eq!(plain(&without, false), plain(&with, false), "what the CPU does is the same");
+        assert_eq!(plain(&without, false), plain(&with, false), "the plans of the CPU are equal");
         assert!(plain(&without, true).iter().all(|(_, population)| *population <= POPULATION));
         let on_hardware = plain(&with, true);
         assert!((1..=Variant::COUNT).all(|id| on_hardware.contains(&(id, MANY))), "{on_hardware:?}");

@@ -98,8 +98,8 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         let head = own::HEAD.map(str::to_owned).to_vec();
         for row in std::iter::once(&head).chain(&own) {
             let [first, rest @ ..] = &row[..] else { continue };
-            let rest: String = rest.iter().map(|cell| format!("  {cell:>16}")).collect();
-            writeln!(text, "{first:<14}{rest}")?;
+            let rest: String = rest.iter().zip(own::WIDTHS).map(|(cell, width)| format!(" {cell:>width$}")).collect();
+            writeln!(text, "{first:<12}{rest}")?;
         }
     }
 

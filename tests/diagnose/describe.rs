@@ -78,6 +78,9 @@ fn a_budget_puts_the_error_where_it_is() {
     let fast: f64 =
         budget.speed.iter().filter(|s| s.name.starts_with("20") || s.name.starts_with("25")).map(|s| s.error[2]).sum();
     assert!((fast - 1.0).abs() < 1e-12, "{:?}", budget.speed);
+    // A sample at exactly one minute begins no further minute.
+    let minute = Errors { scene: &scene, first, values: [&s[first..=600], &v[first..=600], &a[first..=600]] };
+    assert_eq!(self::budget(&[minute]).expect("there are samples").time.len(), 1);
 }
 
 /// d = -0.3 g sin(grade) + noise that is correlated over seconds.
@@ -373,6 +376,10 @@ fn nothing_found_says_what_was_not_tried_and_what_is_left() {
                  Not tried: grade (needs the road grade).";
     let [text, page] = said(&outcome(serde_json::json!({ "not_tried": untried })));
     assert!(text.starts_with(&format!("In short {first}")) && page.contains(first), "{text}");
+    let road = serde_json::json!([{"kind": "road", "where": "the place on the road, most at 1160 m", "size": 0.25}]);
+    let [text, page] = said(&outcome(serde_json::json!({ "not_tried": untried, "left_over": road })));
+    let place = "It depends on the place on the road, as on slopes: give the grade of the road (--grade).";
+    assert!(text.split("1. Are").next().is_some_and(|short| short.contains(place)) && page.contains(place), "{text}");
 }
 
 #[test]

@@ -61,7 +61,14 @@ fn a_request_to_stop_ends_a_stage() {
 
 #[test]
 fn few_drivers_are_not_a_fleet() {
-    let few = diagnosed("few", &table(4, SPREAD, 0, 13).0);
+    let mut stages = Vec::new();
+    let diagnosis = Diagnosis::of("idm").expect("a law");
+    let found = diagnosis.run_all_on(&pairs("few", &table(4, SPREAD, 0, 13).0), &mut |progress| {
+        stages.push(progress.stage);
+        ControlFlow::Continue(())
+    });
+    let few: Outcome = serde_json::from_str(&found.expect("it runs").to_json()).expect("a result");
+    assert!(!stages.iter().any(|stage| stage.starts_with("fitting")), "nothing is fitted: {stages:?}");
     assert_eq!(few.verdict, Verdict::NotTestable);
     assert!(few.reason.contains("at least 12 drivers, found 4"), "{}", few.reason);
 }

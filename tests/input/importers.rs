@@ -602,3 +602,19 @@ fn grade_profiles_are_closed_or_open() {
     }
     assert_eq!(Grade::level().at(7.0), 0.0);
 }
+
+/// Noise of 0.3 m at 10 Hz is a speed of several m/s from sample to sample, but not over a second.
+#[test]
+fn noise_of_a_position_is_no_contradiction() {
+    let shown = |per_second: f64| {
+        let row = |i: u32| {
+            let noise = if i.is_multiple_of(2) { 0.3 } else { -0.3 };
+            format!("{:.1},20,20,30,{:.3}", 0.1 * f64::from(i), per_second * 0.1 * f64::from(i) + noise)
+        };
+        let rows: Vec<String> = (0..600).map(row).collect();
+        let file = format!("time_s,lead_speed_mps,speed_mps,spacing_m,lead_position_m\n{}\n", rows.join("\n"));
+        inspect(&pair_file(&file)).to_string()
+    };
+    assert!(!shown(20.0).contains("position contradicts speed"), "{}", shown(20.0));
+    assert!(shown(30.0).contains("position contradicts speed"), "{}", shown(30.0));
+}

@@ -130,9 +130,11 @@ fn drivers_who_are_not_known_get_the_middle() {
         text(&folder.join("folds")),
     ]);
     assert!(
-        told.contains("own parameter") && told.contains("t_h [s]") && told.contains("held back, in 2 folds: 60"),
+        told.contains("own value") && told.contains("t_h [s]") && told.contains("held back, in 2 folds: 60"),
         "{told}"
     );
+    let (_, own) = told.split_once("own value").expect("the table of own values");
+    assert!(own.lines().take(6).all(|line| line.chars().count() <= 80), "{own}");
 }
 
 #[test]

@@ -24,7 +24,7 @@ const RIDGE: f64 = 1e-9;
 
 /// What the drives of a driver say of his parameters p: a density in proportion to exp(`vector`ᵀ p - pᵀ `matrix` p / 2).
 #[derive(Debug, Clone)]
-pub struct Told {
+pub struct Evidence {
     pub matrix: DMatrix<f64>,
     pub vector: DVector<f64>,
 }
@@ -44,14 +44,14 @@ pub struct Distribution {
 impl Distribution {
     /// The distribution of the parameters of these drivers, of which there are `n`.
     #[must_use]
-    pub fn of(told: &[Told], n: usize) -> Distribution {
+    pub fn of(evidence: &[Evidence], n: usize) -> Distribution {
         let mut spread = vec![0.0; n];
         for k in (0..ROUNDS).flat_map(|_| 0..n) {
-            spread[k] = highest(&|x| Profile::at(told, &with(&spread, k, x)).likelihood);
+            spread[k] = highest(&|x| Profile::at(evidence, &with(&spread, k, x)).likelihood);
         }
-        let found = Profile::at(told, &spread);
+        let found = Profile::at(evidence, &spread);
         let interval = |k: usize| {
-            let falls = |x: f64| Profile::at(told, &with(&spread, k, x)).likelihood < found.likelihood - FALL;
+            let falls = |x: f64| Profile::at(evidence, &with(&spread, k, x)).likelihood < found.likelihood - FALL;
             [end(&falls, spread[k], 0.0), end(&falls, spread[k], LARGEST)]
         };
         let error = |k: usize| TWO_SIDED * found.errors[(k, k)].max(0.0).sqrt();
@@ -110,12 +110,12 @@ struct Profile {
 }
 
 impl Profile {
-    fn at(told: &[Told], spread: &[f64]) -> Profile {
+    fn at(evidence: &[Evidence], spread: &[f64]) -> Profile {
         let n = spread.len();
         let variance = DMatrix::from_diagonal(&DVector::from_iterator(n, spread.iter().map(|x| x * x)));
         let (mut information, mut vector) = (DMatrix::zeros(n, n), DVector::zeros(n));
-        let mut drivers = Vec::with_capacity(told.len());
-        for own in told {
+        let mut drivers = Vec::with_capacity(evidence.len());
+        for own in evidence {
             // (I + H T)⁻¹: what remains of the information on the middle if drivers differ.
             let lu = (DMatrix::identity(n, n) + &own.matrix * &variance).lu();
             let Some(remains) = lu.try_inverse() else { continue };
@@ -143,7 +143,7 @@ mod tests {
     use super::*;
 
     /// Estimates with an error of 0.05 of drivers around 0.4 with this spread; of a second parameter, drives say nothing.
-    fn told(spread: f64) -> Vec<Told> {
+    fn evidence(spread: f64) -> Vec<Evidence> {
         // A made-up sequence with a mean of 0 and a standard deviation of 1.
         let uniform = |k: usize, by: f64| (by * k as f64).fract() - 0.5;
         let normal = |k: usize, by: f64| 12.0_f64.sqrt() * uniform(k, by);
@@ -151,7 +151,7 @@ mod tests {
         let one = |k: usize| {
             let estimate = 0.4 + spread * normal(k, 0.618_034) + 0.05 * normal(k, 0.324_718);
             let matrix = DMatrix::from_diagonal(&DVector::from_vec(vec![precision, 0.0]));
-            Told { matrix, vector: DVector::from_vec(vec![precision * estimate, 0.0]) }
+            Evidence { matrix, vector: DVector::from_vec(vec![precision * estimate, 0.0]) }
         };
         (1..=200).map(one).collect()
     }
@@ -159,7 +159,7 @@ mod tests {
     #[test]
     fn a_spread_is_that_beyond_the_noise() {
         for spread in [0.1, 0.03] {
-            let found = Distribution::of(&told(spread), 2);
+            let found = Distribution::of(&evidence(spread), 2);
             assert!((found.middle[0] - 0.4).abs() < 0.01, "{found:?}");
             let [low, high] = found.spread_interval[0];
             assert!(low < spread && spread < high && high < 2.0 * spread, "{spread}: {found:?}");
@@ -167,7 +167,7 @@ mod tests {
             // Nothing is known of the second.
             assert_eq!((found.spread_interval[1], found.middle[1]), ([0.0, LARGEST], 0.0));
         }
-        let none = Distribution::of(&told(0.0), 2);
+        let none = Distribution::of(&evidence(0.0), 2);
         assert!(none.spread[0] < 0.01 && none.spread_interval[0][0] == 0.0, "{none:?}");
         let [low, high] = none.middle_interval[0];
         assert!(low < 0.4 && 0.4 < high && high - low < 0.02, "{none:?}");

@@ -9,7 +9,7 @@ mod distribution;
 mod near;
 mod surface;
 
-pub use distribution::{Distribution, Told};
+pub use distribution::{Distribution, Evidence};
 pub use near::Near;
 pub use surface::{Displaced, Squared};
 
@@ -124,7 +124,7 @@ struct Fleet<'a> {
 
 /// What the drives of a driver say about displacements from the middle, and the information in a unit of the curvature of the score.
 struct Known {
-    told: Told,
+    evidence: Evidence,
     per_curvature: Vec<f64>,
 }
 
@@ -182,14 +182,14 @@ impl Fleet<'_> {
             let vector = DVector::from_fn(n, |a, _| found.vector[order[a]] * slopes[a]) + &matrix * by;
             let per_curvature =
                 (0..n).map(|a| found.matrix[(order[a], order[a])] / found.curvature[order[a]]).collect();
-            Ok(Some(Known { told: Told { matrix, vector }, per_curvature }))
+            Ok(Some(Known { evidence: Evidence { matrix, vector }, per_curvature }))
         };
         self.drivers.par_iter().map(one).collect()
     }
 
     fn distribution(&self, known: &[Option<Known>]) -> Distribution {
-        let told: Vec<Told> = known.iter().flatten().map(|known| known.told.clone()).collect();
-        Distribution::of(&told, self.own.len())
+        let evidence: Vec<Evidence> = known.iter().flatten().map(|known| known.evidence.clone()).collect();
+        Distribution::of(&evidence, self.own.len())
     }
 
     /// Moves the common point to the middle; the drivers stay where they are.
@@ -212,9 +212,9 @@ impl Fleet<'_> {
         let one = |(driver, known): (&Driver, &Option<Known>)| -> Result<Vec<f64>, EvaluateError> {
             let mut weights = vec![0.0; self.axes.len()];
             for (i, &k) in self.own.iter().enumerate().filter(|(i, _)| spread[*i] > NONE) {
-                let told = known.as_ref().map_or(0.0, |known| known.per_curvature[i]);
+                let evidence = known.as_ref().map_or(0.0, |known| known.per_curvature[i]);
                 // Of whom nothing is known, he is in the middle.
-                weights[k] = if told > 0.0 { 0.5 / (told * spread[i] * spread[i]) } else { 0.0 };
+                weights[k] = if evidence > 0.0 { 0.5 / (evidence * spread[i] * spread[i]) } else { 0.0 };
             }
             let held: Vec<usize> = (0..weights.len()).filter(|k| weights[*k] <= 0.0).collect();
             let drives = (driver.first..driver.first + driver.count).map(|case| (case, &none[..])).collect();

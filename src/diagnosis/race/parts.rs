@@ -52,7 +52,7 @@ pub struct Parts {
     pub drives: Vec<Drive>,
     /// The drive of each part.
     pub of: Vec<usize>,
-    /// What the units are.
+    /// The kind of unit.
     pub unit: Unit,
     /// The unit of each part.
     pub units: Vec<usize>,
