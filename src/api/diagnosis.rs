@@ -211,10 +211,8 @@ fn drives(picked: &Picked) -> anyhow::Result<Vec<Diagnosed>> {
     Ok(drives)
 }
 
-/// Progress \[0 to 1\] at the end of the likelihood and at the end of the race.
+/// Progress \[0 to 1\] at the end of the likelihood.
 const INFERRED: f64 = 0.3;
-/// See [`INFERRED`].
-const RACED: f64 = 0.95;
 
 /// Requirements on loaded drives.
 pub(crate) struct Asked<'a> {
@@ -254,8 +252,8 @@ impl Asked<'_> {
             seed,
             rounds: rounds(effort),
         };
-        let answer = race(&request, &policy, &mut |p| progress(part(p, [INFERRED, RACED])))?;
-        let mut found = describe(&question, inference, &answer, loaded.lap, &mut |p| progress(part(p, [RACED, 1.0])))?;
+        let answer = race(&request, &policy, &mut |p| progress(part(p, [INFERRED, 1.0])))?;
+        let mut found = describe(&question, inference, &answer, loaded.lap)?;
         found.outcome.data = std::mem::take(&mut loaded.data);
         found.outcome.data_findings = std::mem::take(&mut loaded.findings);
         found.outcome.data_findings.extend(different.map(FindingEntry::different));

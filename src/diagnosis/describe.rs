@@ -1,15 +1,13 @@
-//! The complete diagnosis: the cause, the breakdown of the error, and the gain.
+//! The complete diagnosis: the cause, the breakdown of the error, and the models.
 
-use crate::calibrate::CalibrateError;
 use crate::catalog::Variant;
 use crate::diagnose::describe::covariates::Covariates;
 use crate::diagnose::describe::error_breakdown::{Errors, budget};
-use crate::diagnose::describe::free::{BrokenOffEntry, Free, GainError, free};
-use crate::diagnose::describe::gain::{Gain, GainSettings, gain, nrmse_of};
+use crate::diagnose::describe::free::{BrokenOffEntry, Free, free, nrmse_of};
 use crate::diagnose::describe::missing::{Missing, Profiles, profiles};
 use crate::diagnose::drive::Drive;
 use crate::diagnose::likelihood::observer::{Noise, design};
-use crate::diagnose::{Adopted, Fitted, Inference, POLICY, Progress, Question};
+use crate::diagnose::{Adopted, DiagnoseError, Fitted, Inference, POLICY, Question};
 use crate::extension::Extension;
 use crate::race::{Answer, Delivered, combine};
 use crate::result::diagnosis::{
@@ -17,7 +15,6 @@ use crate::result::diagnosis::{
     ParameterEntry, RungEntry,
 };
 use crate::symbols::Parameters;
-use std::ops::ControlFlow;
 
 /// The missing acceleration of a drive under a model, with the quantities at each sample.
 #[derive(Debug, Clone)]
@@ -57,36 +54,19 @@ pub struct Diagnosis {
 /// Describes the inference and the answer of the race. `lap` is the length of a closed track \[m\].
 ///
 /// # Errors
-/// [`GainError`].
+/// As [`free`].
 pub fn describe(
     question: &Question<'_>,
     inference: Inference,
     answer: &Answer,
     lap: Option<f64>,
-    progress: &mut (dyn FnMut(Progress) -> ControlFlow<()> + Send),
-) -> Result<Diagnosis, GainError> {
+) -> Result<Diagnosis, DiagnoseError> {
     let adopted = inference.named();
-    let recommended = answer.recommended_model();
-    let (measured, gain_error) = if adopted.is_empty() || question.holdout.is_empty() || recommended.is_some() {
-        (None, None)
-    } else {
-        let settings = GainSettings::of(question.effort, question.seed);
-        let whole = 2.0 * settings.max_evaluations as f64;
-        let (mut before, mut last) = (0, 0);
-        let mut show = |p: crate::calibrate::Progress| {
-            // The second calibration continues the count of the first.
-            before += if p.evaluations < last { last } else { 0 };
-            last = p.evaluations;
-            let done = ((before + last) as f64 / whole).min(1.0);
-            progress(Progress { done, stage: "measuring the gain".to_owned() })
-        };
-        let models = [&inference.base, &inference.extended];
-        settled(gain(question, models, adopted, &settings, &mut show))?
-    };
+    let delivered = answer.extended();
     let base_model = Simulated::of(question.base, answer.base(), &inference.base);
-    let extended_model = match (recommended, adopted.is_empty()) {
+    let extended_model = match (delivered, adopted.is_empty()) {
         (None, true) => None,
-        (recommended, _) => Some(Simulated::of(question.base, recommended, &inference.extended)),
+        (delivered, _) => Some(Simulated::of(question.base, delivered, &inference.extended)),
     };
     let compared = [base_model.variant, extended_model.as_ref().map_or(base_model.variant, |model| model.variant)];
     let base =
@@ -138,8 +118,6 @@ pub fn describe(
         causes: entries(adopted),
         confounded_with: if adopted.is_empty() { Vec::new() } else { entries(&inference.confounded_with) },
         not_testable: inference.not_testable.clone(),
-        gain: measured,
-        gain_error,
         base_held_back: held_back(
             question,
             answer,
@@ -164,15 +142,6 @@ pub fn describe(
     let mut found = Diagnosis { outcome, inference, base, extended };
     combine(&mut found.outcome, answer);
     Ok(found)
-}
-
-/// A gain, or the error, because a cause that was found remains valid.
-fn settled(measured: Result<Gain, GainError>) -> Result<(Option<Gain>, Option<String>), GainError> {
-    match measured {
-        Ok(gain) => Ok((Some(gain), None)),
-        Err(GainError::Calibrate(CalibrateError::Interrupted)) => Err(crate::diagnose::DiagnoseError::Stopped.into()),
-        Err(error) => Ok((None, Some(format!("the gain could not be measured: {error}")))),
-    }
 }
 
 fn drives(question: &Question<'_>) -> Vec<DriveEntry> {
@@ -217,7 +186,7 @@ impl Simulated {
         question: &Question<'_>,
         compared: [Variant; 2],
         adopted: &[Adopted],
-    ) -> Result<Vec<Free>, GainError> {
+    ) -> Result<Vec<Free>, DiagnoseError> {
         let drives = question.train.iter().chain(question.holdout);
         free(drives, compared, &self.parameters, adopted, question.bounds)
     }
@@ -238,15 +207,15 @@ impl Simulated {
 fn held_back(question: &Question<'_>, answer: &Answer, base: &[Free], extended: Option<&[Free]>) -> Vec<HeldBackEntry> {
     let mut all = answer.left_out();
     let is_seen = !all.is_empty();
-    let errors = |drive: &Drive, run: &Free| {
+    let errors = |run: &Free| {
         let rms = |errors: &Vec<f64>| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt();
-        let nrmse_sva = nrmse_of(std::slice::from_ref(drive), std::slice::from_ref(run))?;
+        let nrmse_sva = nrmse_of(std::slice::from_ref(run))?;
         Some(ErrorsEntry { rms: run.errors.each_ref().map(rms), nrmse_sva })
     };
     for (i, drive) in question.holdout.iter().enumerate().filter(|(_, drive)| !(is_seen && answer.has_seen(drive))) {
-        let of_base = errors(drive, &base[i]);
+        let of_base = errors(&base[i]);
         let recommended =
-            extended.filter(|_| !answer.recommended().is_empty()).and_then(|runs| errors(drive, &runs[i]));
+            extended.filter(|_| !answer.recommended().is_empty()).and_then(|runs| errors(&runs[i]));
         all.push(HeldBackEntry {
             label: drive.label().to_owned(),
             rms: of_base.map(|errors| errors.rms),
@@ -316,17 +285,4 @@ fn missing_of(series: &[Series]) -> Vec<Missing<'_>> {
 
 fn sorted(series: &[Series]) -> Option<Profiles> {
     profiles(&missing_of(series))
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_gain_that_fails_leaves_the_cause() {
-        let (gain, why) = settled(Err(crate::diagnose::DiagnoseError::NoData.into())).expect("no error");
-        assert_eq!(gain, None);
-        assert!(why.is_some_and(|why| why.starts_with("the gain could not be measured: no drive")));
-        assert!(settled(Err(CalibrateError::Interrupted.into())).is_err());
-    }
 }

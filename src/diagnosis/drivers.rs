@@ -39,7 +39,7 @@ pub fn of_fleet(
         base_held_back: answer.left_out(),
         not_tried: answer.untried(request),
         base: answer.base().and_then(entry),
-        extended: answer.recommended_model().and_then(entry),
+        extended: answer.extended().and_then(entry),
         fleet: Some(FleetEntry { share: ShareEntry::of(&answer, request.seed), ..entry_of(request, &answer) }),
         held_back: "Each driver is left out of one of five fits. Gains are those on left-out drivers.".to_owned(),
         ..Outcome::new(effort, request.seed)

@@ -4,8 +4,7 @@ use super::super::journal::Outcome;
 use super::plan::DiagnosisTask;
 use super::synthetic::planted;
 use crate::catalog::Variant;
-use crate::diagnose::describe::free::free;
-use crate::diagnose::describe::gain::{GainSettings, gain, nrmse_of};
+use crate::diagnose::describe::free::{free, nrmse_of};
 use crate::diagnose::judge::oracle::{Known, known};
 use crate::diagnose::{DiagnoseError, Inference, PROGRAM, Question, Verdict, infer};
 use crate::extension::Extension;
@@ -332,17 +331,22 @@ fn gains(
     planted: &[&'static Extension],
     values: &[(String, f64)],
 ) -> Option<[f64; 3]> {
-    let settings = GainSettings::of(question.effort, question.seed);
-    let models = [&inference.base, &inference.extended];
-    let found = gain(question, models, &inference.adopted, &settings, &mut |_| ControlFlow::Continue(())).ok()?;
+    let (base, extended) = (&inference.base, &inference.extended);
     let variant = planted.iter().try_fold(question.base, |variant, cause| variant.with(cause)).ok()?;
     let mut parameters = Parameters::NONE;
     for symbol in variant.parameters() {
         parameters.set(symbol, values.iter().find(|(name, _)| name == symbol.name())?.1);
     }
-    let compared = [variant, inference.extended.variant];
-    let truth = free(question.holdout, compared, &parameters, &inference.adopted, question.bounds).ok()?;
-    Some([found.base?, found.extended?, nrmse_of(question.holdout, &truth)?])
+    let models = [
+        ([base.variant, extended.variant], &base.parameters),
+        ([extended.variant, variant], &extended.parameters),
+        ([variant, extended.variant], &parameters),
+    ];
+    let error = |(compared, parameters): ([Variant; 2], &Parameters)| {
+        nrmse_of(&free(question.holdout, compared, parameters, &inference.adopted, question.bounds).ok()?)
+    };
+    let [base, extended, truth] = models.map(error);
+    Some([base?, extended?, truth?])
 }
 
 /// The planted parameters of the law, by their names in the catalogue.

@@ -2,7 +2,7 @@
 
 use super::fit::Entry;
 use super::loss::{Losses, PartLoss, SIGNALS};
-use super::{Answer, HORIZONS, Horizon, Named, OF_A_NAME, Policy, Request, lasts};
+use super::{Answer, HORIZONS, Horizon, Named, OF_A_NAME, Policy, Request, is_same, lasts};
 use crate::diagnose::likelihood::model::{LEAD, is_lead};
 use crate::diagnose::search::skipped::Untried;
 use crate::diagnose::{DiagnoseError, Drive, Verdict};
@@ -36,10 +36,18 @@ impl Answer {
         delivered(self.entries.first()?)
     }
 
-    /// The recommended model.
+    /// The recommended model, otherwise the one with the named causes; `None` if it was not judged, as with a cause of one drive.
     #[must_use]
-    pub fn recommended_model(&self) -> Option<Delivered> {
-        delivered(&self.entries[self.winner?])
+    pub fn extended(&self) -> Option<Delivered> {
+        delivered(self.winner.map(|k| &self.entries[k]).or_else(|| self.with_named())?)
+    }
+
+    /// The judged model with the named causes.
+    fn with_named(&self) -> Option<&Entry> {
+        let of_race = || self.named.as_ref().map_or(&[][..], |named| &named.causes);
+        let causes = if self.likely.is_empty() { of_race() } else { &self.likely };
+        let is_one = |entry: &&Entry| held(entry).is_some() && is_same(&entry.causes, causes);
+        self.entries.iter().skip(1).find(is_one)
     }
 
     /// Number of recordings, or of drivers.
@@ -139,6 +147,7 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     let named: Vec<String> =
         outcome.causes.iter().chain(&outcome.confounded_with).map(|cause| cause.family.clone()).collect();
     outcome.recommended = answer.winner.and_then(|k| recommended_entry(answer, &answer.entries[k], &named));
+    outcome.gain = answer.with_named().filter(|_| outcome.recommended.is_none()).and_then(|entry| gain(answer, entry));
     outcome.base_laws.clone_from(&answer.laws);
     outcome.closed_loop = answer.tried.clone();
     outcome.simulations += answer.simulations;
@@ -182,11 +191,7 @@ fn cause_entry(entry: &Entry, named: &Named, cause: &'static Extension, of: Opti
 }
 
 fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option<Recommended> {
-    let base = &answer.entries[0];
-    let (own, base_held) = (held(entry)?, held(base)?);
-    let (before, after) = (base_held.roots(&base.scales), own.roots(&entry.scales));
-    let differences: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
-    let interval = answer.resamples.interval(&differences, Policy::DEFAULT.interval);
+    let (own, base_held) = (held(entry)?, held(&answer.entries[0])?);
     let [base_collisions, own_collisions] = [base_held, own].map(Losses::collisions);
     let confirmed = entry.causes.iter().all(|cause| named.iter().any(|name| name == cause.family()));
     let cause = |cause: &&'static Extension| RecommendedCause {
@@ -209,15 +214,23 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
         bounds: own_positions.iter().map(bound).collect(),
         causes: entry.causes.iter().map(cause).collect(),
         why: if confirmed { Why::Confirmed } else { Why::Helps },
-        gain: ClosedLoopGain {
-            measure: "nrmse_sva_10s".to_owned(),
-            base: mean(&before),
-            extended: mean(&after),
-            interval,
-        },
+        gain: gain(answer, entry)?,
         per_drive: per_drive(answer, base_held, own),
         confidence_set: answer.set.clone(),
         collisions: Collisions { base: base_collisions, extended: own_collisions },
+    })
+}
+
+/// The gain over the base on parts left out of the fits.
+fn gain(answer: &Answer, entry: &Entry) -> Option<ClosedLoopGain> {
+    let base = answer.entries.first()?;
+    let (before, after) = (held(base)?.roots(&base.scales), held(entry)?.roots(&entry.scales));
+    let differences: Vec<f64> = before.iter().zip(&after).map(|(a, b)| a - b).collect();
+    Some(ClosedLoopGain {
+        measure: "nrmse_sva_10s".to_owned(),
+        base: mean(&before),
+        extended: mean(&after),
+        interval: answer.resamples.interval(&differences, Policy::DEFAULT.interval),
     })
 }
 

@@ -87,7 +87,8 @@ pub struct Request<'a> {
     pub base: Variant,
     /// Extensions in the race.
     pub causes: &'a [&'static Extension],
-    /// Causes that the likelihood names; a recommended model has only members of their families. Without any, those of the race count.
+    /// Causes that the likelihood names: the race judges the model with them, and a recommended model has only members of their families.
+    /// Without any, those of the race count.
     pub named: &'a [&'static Extension],
     /// Bounds of parameters by name; they replace those of a diagnosis.
     pub bounds: &'a Overrides,
@@ -115,6 +116,8 @@ pub struct Named {
 pub struct Answer {
     /// The named causes; `None` if models without a common family follow the drives as well.
     pub named: Option<Named>,
+    /// Causes that the likelihood names.
+    likely: Vec<&'static Extension>,
     /// Position of the recommended model among the entries; `None` if none is recommended.
     winner: Option<usize>,
     /// The base, and every model that was judged.
@@ -148,8 +151,9 @@ fn lasts(cause: &Extension) -> bool {
     cause.parameters.iter().all(|symbol| symbol.neutral().is_some())
 }
 
-/// The sets of causes to try with a base: each cause that does not depend on a time of one drive, and pairs that hide each other.
-fn sets(causes: &[&'static Extension]) -> Vec<Vec<&'static Extension>> {
+/// The sets of causes to try with a base: each cause that does not depend on a time of one drive, pairs that hide each other, and the named
+/// causes.
+fn sets(causes: &[&'static Extension], named: &[&'static Extension]) -> Vec<Vec<&'static Extension>> {
     let lasting: Vec<&'static Extension> =
         causes.iter().copied().filter(|cause| cause.name != LEAD && lasts(cause)).collect();
     let hides = |cause: &'static Extension| cause.cause.as_ref().and_then(|traits| traits.hides.as_deref());
@@ -158,7 +162,16 @@ fn sets(causes: &[&'static Extension]) -> Vec<Vec<&'static Extension>> {
         others.map(move |other| vec![hidden, *other])
     };
     let pairs = lasting.iter().flat_map(|hidden| hiding(hidden));
-    lasting.iter().map(|cause| vec![*cause]).chain(pairs).collect()
+    let mut sets: Vec<Vec<&'static Extension>> = lasting.iter().map(|cause| vec![*cause]).chain(pairs).collect();
+    if named.iter().all(|cause| lasts(cause)) && !named.is_empty() && !sets.iter().any(|set| is_same(set, named)) {
+        sets.push(named.to_vec());
+    }
+    sets
+}
+
+/// True for the same causes in any order.
+fn is_same(a: &[&'static Extension], b: &[&'static Extension]) -> bool {
+    a.len() == b.len() && a.iter().all(|cause| b.contains(cause))
 }
 
 fn names(causes: &[&'static Extension]) -> Vec<String> {
@@ -191,7 +204,7 @@ impl First {
         let laws = others.par_iter().filter_map(law).collect();
         watching.go_on()?;
         let is_late = |set: &&Vec<&'static Extension>| set.iter().any(|cause| cause.family() == PHASE);
-        let all = sets(request.causes);
+        let all = sets(request.causes, request.named);
         let single: Vec<&Vec<&'static Extension>> = all.iter().filter(is_late).collect();
         let of_late =
             |set: &&Vec<&'static Extension>| single.iter().any(|late| set.iter().all(|cause| late.contains(cause)));
@@ -315,6 +328,7 @@ fn unjudged(
     };
     Answer {
         named: None,
+        likely: request.named.to_vec(),
         winner: None,
         entries: Vec::new(),
         laws: Vec::new(),
@@ -413,10 +427,12 @@ fn round(
     let new = |set: &Vec<&'static Extension>| {
         set.iter().all(|cause| !own.causes.contains(cause)) && (is_first || set.len() == 1)
     };
-    let sets: Vec<Vec<&'static Extension>> = sets(request.causes).into_iter().filter(new).collect();
+    let sets: Vec<Vec<&'static Extension>> = sets(request.causes, request.named).into_iter().filter(new).collect();
     let mut entered = with_causes(field, own, &sets, known, watching)?;
     watching.show(done + 0.2, "judging causes on unseen drives")?;
-    let worth = entered.par_iter_mut().filter(|entry| entry.is_worth(own, policy.worth_trying));
+    let is_worth =
+        |entry: &&mut Entry| entry.is_worth(own, policy.worth_trying) || is_same(entry.added(own), request.named);
+    let worth = entered.par_iter_mut().filter(is_worth);
     worth.try_for_each(|entry| field.judge(entry, Some(&answer.entries[0]), watching))?;
     answer.simulations += entered.iter().map(|entry| entry.simulations).sum::<u64>();
     let in_training = trained(own);

@@ -11,11 +11,19 @@ fn cause(name: &str) -> &'static Extension {
 #[test]
 fn pairs_are_causes_that_hide_each_other() {
     let causes = ["dead_zone", "actuation_lag", "leader_accel_ff", "set_speed_change", LEAD].map(cause);
-    let names: Vec<Vec<String>> = sets(&causes).iter().map(|set| names(set)).collect();
+    let sets = |named: &[&'static Extension]| -> Vec<Vec<String>> {
+        super::sets(&causes, named).iter().map(|set| names(set)).collect()
+    };
     // No fold can judge an event, and the lead is not a property of a car.
     let expected: [&[&str]; 4] =
         [&["dead_zone"], &["actuation_lag"], &["leader_accel_ff"], &["actuation_lag", "leader_accel_ff"]];
-    assert_eq!(names, expected);
+    assert_eq!(sets(&[]), expected);
+    // The model with the named causes is judged, too, once, and only if no cause of one drive is among them.
+    let [dead_zone, lag, ahead, event, _] = causes;
+    assert_eq!(sets(&[lag, dead_zone])[4..], [["actuation_lag", "dead_zone"]]);
+    for known in [&[ahead, lag][..], &[dead_zone], &[dead_zone, event]] {
+        assert_eq!(sets(known), expected);
+    }
 }
 
 /// Losses of 90 bins at each horizon: a part common to all models and a small separate one, minus `less`.

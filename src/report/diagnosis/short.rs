@@ -4,7 +4,7 @@ use super::causes::{next, not_tried};
 use crate::diagnose::Verdict;
 use crate::diagnose::describe::missing::Profiles;
 use crate::race::loss::BIN_S;
-use crate::result::diagnosis::recommended::{Power, Recommended, RecommendedCause, Trial, Why};
+use crate::result::diagnosis::recommended::{ClosedLoopGain, Power, Recommended, RecommendedCause, Trial, Why};
 use crate::result::diagnosis::{CauseEntry, FleetEntry, Outcome, ParameterEntry, ShareEntry};
 use crate::wgsl::library;
 
@@ -147,7 +147,7 @@ pub fn in_short(outcome: &Outcome) -> Short {
     answer.extend(whole_drives(outcome));
     let mut more = match &outcome.recommended {
         Some(recommended) => recommendation(outcome, recommended).to_vec(),
-        None => held_back(outcome).into_iter().collect(),
+        None => outcome.gain.iter().map(unconfirmed).collect(),
     };
     let minutes = outcome.closed_loop.bins as f64 * BIN_S / 60.0;
     more.extend(outcome.power.iter().map(|found| power(found, minutes)));
@@ -261,42 +261,29 @@ fn happens_once(cause: &str) -> bool {
     own.is_some_and(|extension| extension.parameters.iter().any(|symbol| symbol.is_time()))
 }
 
-/// The gain of a named cause on the held-back data.
-fn held_back(outcome: &Outcome) -> Option<String> {
-    let gain = outcome.gain.as_ref()?;
-    let (base, extended, [low, high]) = (gain.base?, gain.extended?, gain.interval?);
-    let percent = |difference: f64| 100.0 * difference / base;
-    let [low, high] = [low, high].map(percent);
-    let change = percent(base - extended);
-    let more = if change < 0.0 { "larger" } else { "smaller" };
-    let tested = outcome.closed_loop.not_testable.is_none() && outcome.closed_loop.bins != 0;
-    let but = match (change > 0.0 && !once(outcome), tested) {
-        (true, true) => " That is one part of the data. With each drive left out in turn, no extension is recommended.",
-        (true, false) => " This is only part of the data; check it on more drives.",
-        (false, _) => "",
-    };
-    Some(format!(
-        "On the held-back data, the error with it is {:.0} % {more} (95 %: {low:.0} to {high:.0} % smaller).{but}",
-        change.abs()
-    ))
+/// The gain of named causes that are not recommended.
+fn unconfirmed(gain: &ClosedLoopGain) -> String {
+    let [change, low, high] = percent(gain);
+    format!("With it, the error on unseen drives changes by {:+.0} % [{:+.0}, {:+.0}].", -change, -high, -low)
+}
+
+/// By how much the error falls \[%\], with the interval.
+fn percent(gain: &ClosedLoopGain) -> [f64; 3] {
+    let [low, high] = gain.interval;
+    [gain.base - gain.extended, low, high].map(|difference| 100.0 * difference / gain.base)
 }
 
 fn recommendation(outcome: &Outcome, recommended: &Recommended) -> [String; 2] {
     let base = base(outcome);
     let causes: Vec<String> = recommended.causes.iter().map(cause).collect();
-    let gain = &recommended.gain;
-    let percent = |share: f64| 100.0 * share / gain.base;
-    let [low, high] = gain.interval.map(percent);
+    let [falls, low, high] = percent(&recommended.gain);
     // One entry per driver of a fleet, otherwise per file.
     let (all, of) = (recommended.per_drive.len(), if outcome.fleet.is_some() { "drivers" } else { "files" });
     let better = recommended.per_drive.iter().filter(|drive| drive.extended < drive.base).count();
     let each = if all > 1 { format!("; it is smaller on {better} of {all} {of}") } else { String::new() };
     [
         format!("Recommended: {base} with {}.", causes.join(" and ")),
-        format!(
-            "With it, the error on unseen drives falls by {:.0} % [{low:.0}, {high:.0}]{each}.",
-            percent(gain.base - gain.extended),
-        ),
+        format!("With it, the error on unseen drives falls by {falls:.0} % [{low:.0}, {high:.0}]{each}."),
     ]
 }
 

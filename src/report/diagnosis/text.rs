@@ -68,18 +68,6 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     heading(text, "4. The model with it");
     extended(text, outcome, beside.again.as_ref())?;
     heading(text, "5. The gain on unseen drives");
-    match (&outcome.gain, &outcome.gain_error) {
-        (Some(gain), _) => {
-            text.push_str(&wrapped(0, 2, &gain.sentence));
-            for (where_, [base, extended, all]) in ["held back", "training"].into_iter().zip(gain.crashes()) {
-                if base + extended > 0 {
-                    writeln!(text, "runs that crash, {where_}: base {base}, extended {extended}, of {all}")?;
-                }
-            }
-        }
-        (None, Some(error)) => text.push_str(&wrapped(0, 2, error)),
-        (None, None) => {}
-    }
     held_back(text, &outcome.base_held_back)?;
     heading(text, "6. What is left");
     left(text, outcome);

@@ -2,7 +2,6 @@
 
 use super::budget::budget;
 use super::{Chart, MadeBy, Page, between, drives, escape, short};
-use crate::diagnose::describe::gain::Gain;
 use crate::internal::judge::Check;
 use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, meaning};
 use crate::report::diagnosis::pictures;
@@ -211,14 +210,6 @@ fn entries<'a>(page: &mut Page, caption: &str, causes: impl Iterator<Item = &'a 
 
 fn gain(page: &mut Page, outcome: &Outcome) {
     page.section("gain", "The gain on unseen drives");
-    match (&outcome.gain, &outcome.gain_error) {
-        (Some(gain), _) => {
-            page.paragraph(&gain.sentence);
-            scores(page, gain);
-        }
-        (None, Some(error)) => page.paragraph(error),
-        (None, None) => {}
-    }
     let row = |label: &str, model: &str, errors: Option<([f64; 3], f64)>| {
         let errors = match errors {
             Some(([s, v, a], nrmse)) => [s, v, a, nrmse].map(short),
@@ -239,53 +230,10 @@ fn gain(page: &mut Page, outcome: &Outcome) {
     page.table("Errors on data left out of the fits", &head, &rows);
 }
 
-/// Errors of both models where both reach the end of the held-back data, and crashes in any case.
-fn scores(page: &mut Page, gain: &Gain) {
-    let row = |k: usize| {
-        let mut row = vec![["base", "extended"][k].to_owned()];
-        row.extend(gain.signals.map_or(std::array::from_fn(|_| "–".to_owned()), |signals| signals[k].map(short)));
-        let broken = gain.crashes();
-        row.extend(broken.map(|broken| format!("{} of {}", broken[k], broken[2])));
-        row
-    };
-    page.table(
-        "NRMSE of the free simulation",
-        &["model", "spacing", "speed", "acceleration", "crashes, held back", "crashes, training"],
-        &[row(0), row(1)],
-    );
-}
-
 fn left(page: &mut Page, outcome: &Outcome) {
     page.section("left", "What is left");
     let row = |l: &crate::result::diagnosis::LeftOverEntry| vec![l.kind.clone(), l.r#where.clone(), short(l.size)];
     let rows: Vec<Vec<String>> = outcome.left_over.iter().map(row).collect();
     page.table("Left over", &["kind", "where", "size"], &rows);
     page.paragraph(&format!("{} simulations, seed {}, effort {}.", outcome.simulations, outcome.seed, outcome.effort));
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// Errors are compared only if both models reach the end; crashes matter most if one does not.
-    #[test]
-    fn crashes_are_told_where_there_are_some() {
-        let gain = Gain {
-            base: None,
-            extended: Some(0.2),
-            interval: None,
-            signals: None,
-            broken_off: [3, 1],
-            drives: 9,
-            broken_off_held_back: [2, 0, 4],
-            parameters: Default::default(),
-            sentence: String::new(),
-        };
-        let mut page = Page::default();
-        scores(&mut page, &gain);
-        let html = page.finish("", "", "{}", None);
-        for told in ["crashes, held back", "2 of 4", "0 of 4", "1 of 5"] {
-            assert!(html.contains(told), "{told}: {html}");
-        }
-    }
 }

@@ -1,35 +1,26 @@
 //! Free simulations of a drive by the lanes in f64, extensions included.
 
-use super::event_mask::absent;
-use crate::calibrate::{CalibrateError, Overrides};
+use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::diagnose::drive::Drive;
 use crate::diagnose::outcome::Adopted;
 use crate::diagnose::question::DiagnoseError;
-use crate::evaluator::{Case, CaseError, EvaluateError, Evaluator};
+use crate::evaluator::{Case, Evaluator};
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 use serde::{Deserialize, Serialize};
 
-/// A gain that cannot be measured.
-#[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
-pub enum GainError {
-    #[error(transparent)]
-    Case(#[from] CaseError),
-    #[error(transparent)]
-    Model(#[from] DiagnoseError),
-    #[error(transparent)]
-    Calibrate(#[from] CalibrateError),
-    #[error(transparent)]
-    Evaluate(#[from] EvaluateError),
-}
-
 /// The parameters on a drive: events of other recordings do nothing.
 fn happening(parameters: &Parameters, adopted: &[Adopted], drive: &Drive) -> Parameters {
     let mut here = *parameters;
-    absent(adopted, drive).into_iter().for_each(|(symbol, neutral)| here.set(symbol, neutral));
+    let recording = drive.recording();
+    let elsewhere = adopted.iter().filter(|cause| cause.recording.as_ref().is_some_and(|own| *own != recording));
+    for symbol in elsewhere.flat_map(|cause| &cause.extension.parameters) {
+        if let Some(neutral) = symbol.neutral() {
+            here.set(*symbol, neutral);
+        }
+    }
     here
 }
 
@@ -77,7 +68,7 @@ pub fn free<'a>(
     parameters: &Parameters,
     adopted: &[Adopted],
     bounds: &Overrides,
-) -> Result<Vec<Free>, GainError> {
+) -> Result<Vec<Free>, DiagnoseError> {
     let drives: Vec<&Drive> = drives.into_iter().collect();
     let case = |drive: &&Drive| drive.case_beside(variant, beside, bounds);
     let cases = drives.iter().map(case).collect::<Result<Vec<_>, _>>()?;
@@ -95,4 +86,17 @@ pub fn free<'a>(
         Ok(Free { first, errors: [0, 1, 2].map(error), complete, simulated })
     };
     lanes.cases().iter().enumerate().map(one).collect()
+}
+
+/// NRMSE(s,v,a) of free simulations together; `None` if one of them ends early.
+#[must_use]
+pub fn nrmse_of(runs: &[Free]) -> Option<f64> {
+    let complete = !runs.is_empty() && runs.iter().all(|run| run.complete);
+    let signal = |k: usize| {
+        let samples = runs.iter().flat_map(|run| run.errors[k].iter().zip(&run.simulated[k]));
+        let squares = samples.map(|(error, simulated)| [error.powi(2), (simulated - error).powi(2)]);
+        let [errors, measured] = squares.fold([0.0; 2], |[a, b], [error, measured]| [a + error, b + measured]);
+        (errors / measured.max(f64::MIN_POSITIVE)).sqrt()
+    };
+    complete.then(|| (0..3).map(signal).sum())
 }

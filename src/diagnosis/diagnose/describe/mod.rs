@@ -2,8 +2,6 @@
 
 pub mod covariates;
 pub mod error_breakdown;
-pub mod event_mask;
 pub mod free;
-pub mod gain;
 pub mod missing;
 pub mod specification;

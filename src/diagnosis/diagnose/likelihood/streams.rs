@@ -4,5 +4,3 @@
 pub const HOLDOUT: u64 = u64::MAX - 1;
 /// Searches by CMA-ES.
 pub const DESCENT: u64 = u64::MAX - 100;
-/// Bootstrap of the gain.
-pub const GAIN: u64 = 0x6761_696e;

@@ -7,12 +7,11 @@ pub mod recommended;
 
 pub use self::data::{DataEntry, DriveEntry, ErrorsEntry, FindingEntry, HeldBackEntry, has_bad_data};
 pub use self::model::{CauseEntry, LeftOverEntry, ModelEntry, NoiseEntry, NotTriedEntry, ParameterEntry, RungEntry};
-use self::recommended::{ClosedLoopEntry, LawEntry, Power, Recommended};
+use self::recommended::{ClosedLoopEntry, ClosedLoopGain, LawEntry, Power, Recommended};
 use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::diagnose::describe::error_breakdown::Budget;
 use crate::diagnose::describe::free::BrokenOffEntry;
-use crate::diagnose::describe::gain::Gain;
 use crate::diagnose::describe::missing::Profiles;
 use crate::diagnose::{Effort, NotTestable, Verdict};
 use crate::result::{ContentError, calibrated};
@@ -21,7 +20,7 @@ use crate::wgsl::extension_named;
 use serde::{Deserialize, Serialize};
 
 /// Version of the file; raise it with every change that breaks a reader.
-pub const SCHEMA_VERSION: u32 = 4;
+pub const SCHEMA_VERSION: u32 = 5;
 
 /// The drivers of a fleet.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -65,9 +64,9 @@ pub struct Outcome {
     pub not_testable: Vec<NotTestable>,
     /// Faults of the data.
     pub data_findings: Vec<FindingEntry>,
-    /// Gain of the named causes on the hold-out; `null` without a name, if a model is recommended (`recommended` has its gain), or if it
-    /// could not be measured.
-    pub gain: Option<Gain>,
+    /// Gain of the named causes on parts left out of the fits; `null` without a name, if a model is recommended (`recommended` has its
+    /// gain), or if the race did not judge them, as with a cause of one drive.
+    pub gain: Option<ClosedLoopGain>,
     /// The model to calibrate; `null` if none is recommended.
     #[serde(default)]
     pub recommended: Option<Recommended>,
@@ -87,9 +86,6 @@ pub struct Outcome {
     /// False if the simulation limit of the effort ended the search, so that more causes may be missing.
     #[serde(default = "searched_to_the_end")]
     pub complete: bool,
-    /// Why the gain could not be measured, if causes were adopted.
-    #[serde(default, skip_serializing_if = "Option::is_none")]
-    pub gain_error: Option<String>,
     /// The base model and the recommended one on data that they were not fitted to, with any verdict.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub base_held_back: Vec<HeldBackEntry>,
@@ -124,7 +120,8 @@ pub struct Outcome {
     pub held_back: String,
     /// The base model, fitted to all drives over their whole length.
     pub base: Option<ModelEntry>,
-    /// The recommended model, fitted likewise; otherwise the one with the causes that the likelihood names, as it fits them.
+    /// The recommended model, otherwise the one with the named causes, fitted likewise; a model that the race does not judge as the
+    /// likelihood fits it.
     pub extended: Option<ModelEntry>,
     /// Error of the base model's free simulation on the training drives that it completes.
     pub budget: Option<Budget>,
@@ -163,7 +160,6 @@ impl Outcome {
             not_testable: Vec::new(),
             data_findings: Vec::new(),
             gain: None,
-            gain_error: None,
             base_held_back: Vec::new(),
             recommended: None,
             power: None,
