@@ -9,6 +9,7 @@ mod fit;
 mod fleet;
 pub mod loss;
 mod mixture;
+mod naming;
 mod not_followed;
 mod own;
 mod parts;
@@ -19,6 +20,7 @@ pub mod surface;
 pub use answer::{Delivered, combine};
 pub use evidence::{Evidence, Gain};
 pub use fit::{Entry, Field, Fit, Judged};
+pub use naming::Named;
 pub use not_followed::{NotFollowed, without};
 pub use parts::{Parts, Unit};
 pub use policy::{Policy, rounds};
@@ -30,11 +32,11 @@ use crate::diagnose::{DiagnoseError, Drive, Progress, Watching};
 use crate::extension::{Extension, Extensions};
 use crate::judge::{Check, Resamples, mean};
 use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, LawEntry, Power, Trial, TrialDrivers};
-use evidence::{Rows, Table, best_over_whole_drives, held, passed_over, table, trained};
+use evidence::{Rows, best_over_whole_drives, held, passed_over, table, trained};
+use naming::{named, power, set, simplest};
 use not_followed::stretches;
 use rayon::prelude::*;
 use rule::checks;
-use std::cmp::Ordering;
 use std::ops::ControlFlow;
 
 /// Number of horizons.
@@ -96,19 +98,6 @@ pub struct Request<'a> {
     pub seed: u64,
     /// Largest number of rounds: the first finds a cause or a pair, each further one adds a cause.
     pub rounds: usize,
-}
-
-/// The names: the families that all models indistinguishable from the best have in common.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Named {
-    /// Causes of the best model, of these families.
-    pub causes: Vec<&'static Extension>,
-    /// Alternatives in other models: the cause that they lack, and the cause in its place.
-    pub rivals: Vec<(&'static Extension, &'static Extension)>,
-    /// Its gain in standard errors, and the probability of at least this gain by chance.
-    pub evidence: [f64; 2],
-    /// Its position among the entries.
-    pub(crate) entry: usize,
 }
 
 /// The answer of the race.
@@ -486,94 +475,6 @@ fn round(
     answer.entries.extend(entered);
     answer.winner = best.map(|k| first + k).or(answer.winner);
     Ok(best.is_some())
-}
-
-/// The gain that this number of bins could have shown.
-fn power(entered: &[Entry], table: &Table, bins: usize, policy: &Policy) -> Option<Power> {
-    let [needed, gain] = table.found;
-    let best = (0..entered.len()).max_by(|&a, &b| table.rows[a].t.total_cmp(&table.rows[b].t))?;
-    let (t, minutes) = (table.rows[best].t, bins as f64 * loss::BIN_S / 60.0);
-    // Standard errors fall with the square root of the time.
-    let more = minutes * ((needed / t).powi(2) - 1.0);
-    // A large gain fails for another reason than too little driving.
-    (gain <= policy.most_power && t < needed).then(|| Power {
-        gain,
-        causes: names(&entered[best].causes),
-        minutes: (t >= 1.0).then_some(more.max(0.0)),
-    })
-}
-
-/// The causes of every model that cannot be distinguished from the best.
-fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec<String>> {
-    let Some(set) = table.sets.first() else { return Vec::new() };
-    let own = entered.iter().zip(&set.models).filter(|(_, in_set)| **in_set).map(|(entry, _)| names(&entry.causes));
-    let reference = set.reference.then(Vec::new);
-    let others = laws.iter().zip(&set.laws).filter(|(_, in_set)| **in_set).map(|((name, _), _)| vec![name.clone()]);
-    own.chain(reference).chain(others).collect()
-}
-
-/// The families common to all models with causes that cannot be distinguished from the best at a horizon, provided that the reference can
-/// be distinguished; of these, as many as a model has that beats the reference by more than chance. The named causes are those of such a
-/// model, with the recommended causes if possible.
-fn named(
-    entered: &[Entry],
-    table: &Table,
-    policy: &Policy,
-    recommended: &[&'static Extension],
-    (first, seed): (usize, u64),
-) -> Option<Named> {
-    // A cause of size zero does not change the model.
-    let counts = |k: usize, cause: &'static Extension, horizons: &[usize]| {
-        horizons.iter().any(|&horizon| entered[k].has_size(cause, horizon, policy.none))
-    };
-    let has = |k: usize, family: &str, horizons: &[usize]| {
-        entered[k].causes.iter().any(|cause| cause.family() == family && counts(k, cause, horizons))
-    };
-    let (mut families, mut members): (Vec<&str>, Vec<usize>) = (Vec::new(), Vec::new());
-    for set in table.sets.iter().filter(|set| !set.reference) {
-        let own: Vec<usize> = (0..entered.len()).filter(|&k| set.models[k]).collect();
-        let Some(&any) = own.first() else { continue };
-        let of_any = entered[any].causes.iter().map(|cause| cause.family());
-        families.extend(of_any.filter(|family| own.iter().all(|k| has(*k, family, set.horizons))));
-        members.extend(own);
-    }
-    families.sort_unstable();
-    families.dedup();
-    members.sort_unstable();
-    members.dedup();
-    let gains = |k: usize| {
-        let row = &table.rows[k];
-        // Some drivers have the cause beyond doubt, and the limit applies to them.
-        let drivers = entered[k].mixture().zip(entered[k].share_interval(seed));
-        let (share, least) = drivers.map_or((1.0, 1.0), |(mixture, [least, _])| (mixture.share, least));
-        row.p <= policy.chance_of_a_name && least > 0.0 && row.gains[OF_A_NAME].share >= policy.least_gain * share
-    };
-    let count = |k: usize| families.iter().filter(|family| has(k, family, &[OF_A_NAME])).count();
-    let evidence = |k: usize| -table.rows[k].t;
-    let is_recommended = |k: usize| recommended.iter().all(|cause| entered[k].causes.contains(cause));
-    let most = |a: usize, b: usize| (count(b), is_recommended(b)).cmp(&(count(a), is_recommended(a)));
-    let order = |a: usize, b: usize| most(a, b).then(simplest(entered, a, b, &evidence));
-    let best = (0..entered.len()).filter(|&k| count(k) > 0 && gains(k)).min_by(|&a, &b| order(a, b))?;
-    let row = &table.rows[best];
-    let is_named = |cause: &&'static Extension| families.contains(&cause.family()) && counts(best, cause, &[OF_A_NAME]);
-    let causes: Vec<&'static Extension> = entered[best].causes.iter().copied().filter(is_named).collect();
-    let mut rivals = Vec::new();
-    for cause in &causes {
-        let others =
-            members.iter().flat_map(|&k| entered[k].causes.iter().filter(move |other| counts(k, other, &[OF_A_NAME])));
-        for other in others.filter(|other| other.family() == cause.family() && *other != cause) {
-            if !rivals.contains(&(*cause, *other)) {
-                rivals.push((*cause, *other));
-            }
-        }
-    }
-    Some(Named { causes, rivals, evidence: [row.t, row.p], entry: first + best })
-}
-
-/// The fewest parameters first; among equals, the lowest number.
-fn simplest(entered: &[Entry], a: usize, b: usize, number: &dyn Fn(usize) -> f64) -> Ordering {
-    let count = |k: usize| entered[k].causes.iter().map(|cause| cause.parameters.len()).sum::<usize>();
-    count(a).cmp(&count(b)).then(number(a).total_cmp(&number(b)))
 }
 
 /// A model in the list of those tried.
