@@ -107,7 +107,7 @@ pub fn describe(
     if let Some(profiles) = missing_left.as_ref().or(missing.as_ref()) {
         left_over.push(LeftOverEntry {
             kind: "missing_acceleration".to_owned(),
-            r#where: format!("m/s2 root mean square; most of it at {}", worst_minute(&left.series[..trained])),
+            r#where: format!("m/s² rms, most of it at {}", worst_minute(&left.series[..trained])),
             size: profiles.rms,
         });
     }

@@ -37,7 +37,8 @@ impl Check {
     /// The condition with its numbers, in words.
     #[must_use]
     pub fn in_words(&self) -> String {
-        let number = |x: f64| if x.abs() == f64::MAX { "infinite".to_owned() } else { format!("{x:.1}") };
+        let digits = usize::from([self.value, self.limit].iter().any(|x| x.fract() != 0.0));
+        let number = |x: f64| if x.abs() == f64::MAX { "infinite".to_owned() } else { format!("{x:.digits$}") };
         format!("{}: {}, limit {}", self.name, number(self.value), number(self.limit))
     }
 
@@ -57,5 +58,6 @@ mod tests {
         let said = Check::at_most("largest size over smallest", f64::INFINITY, 2.5).in_words();
         assert_eq!(said, "largest size over smallest: infinite, limit 2.5");
         assert_eq!(Check::at_least("gain", 0.04, 1.0).in_words(), "gain: 0.0, limit 1.0");
+        assert_eq!(Check::at_most("collisions", 1.0, 0.0).in_words(), "collisions: 1, limit 0");
     }
 }

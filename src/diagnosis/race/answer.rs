@@ -164,14 +164,14 @@ fn add_names(outcome: &mut Outcome, answer: &Answer, named: &Named) {
     outcome.confounded_with = rivals.collect();
     outcome.verdict = if named.rivals.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
     outcome.reason = format!(
-        "{:.1} standard errors better than the base on left-out data, probability by chance {}",
+        "{:.1} standard errors better than the base on left-out data, p {}",
         named.evidence[0],
         at_most(named.evidence[1])
     );
 }
 
 fn at_most(p: f64) -> String {
-    if p < 0.001 { "below 0.001".to_owned() } else { format!("{p:.3}") }
+    if p < 0.001 { "< 0.001".to_owned() } else { format!("= {p:.3}") }
 }
 
 /// A named cause, with its sizes in a model that contains it.

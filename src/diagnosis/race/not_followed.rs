@@ -151,10 +151,11 @@ impl NotFollowed {
             trajectory: self.trajectory.clone(),
             when: vec![self.when],
             sentence: format!(
-                "from {from:.0} to {to:.0} s no model follows: even the best one is off by {:.1} m/s over 10 s, where {:.1} m/s is \
-                 usual. Perhaps the driver took over, or another car cut in",
+                "from {from:.0} to {to:.0} s no model follows, as when a driver takes over: the best is off by {:.1} m/s over 10 s \
+                 (usual: {:.1} m/s)",
                 self.error, self.usual
             ),
+            matters: true,
             correction: self.is_left_out.then(|| "left out of the race".to_owned()),
             ..FindingEntry::default()
         }

@@ -4,13 +4,13 @@ use super::short::parameter;
 use crate::diagnose::Verdict;
 use crate::report::text::wrapped;
 use crate::result::diagnosis::recommended::{ClosedLoopEntry, Trial};
-use crate::result::diagnosis::{CauseEntry, Outcome, ParameterEntry};
+use crate::result::diagnosis::{CauseEntry, Outcome};
 use crate::symbols::Symbol;
 use crate::wgsl::{laws, library};
 use std::fmt::{Result, Write};
 
 /// Number of models shown, the best ones.
-const SHOWN: usize = 5;
+const SHOWN: usize = 4;
 
 /// The models of the race that gain most.
 pub(super) fn race(text: &mut String, race: &ClosedLoopEntry) -> Result {
@@ -36,17 +36,6 @@ pub(in crate::internal::report) const AT_BOUND: &str = "at its bound";
 /// The consequence of units that contradict each other.
 pub(in crate::internal::report) const MEND_FIRST: &str = "Correct this first; until then, no size below is reliable";
 
-/// Parameters with their intervals; those at a bound are marked.
-pub(super) fn parameters<'a>(text: &mut String, parameters: impl IntoIterator<Item = &'a ParameterEntry>) -> Result {
-    for p in parameters {
-        let interval = p.interval.map_or(String::new(), |[low, high]| format!("[{low:.4}, {high:.4}]"));
-        let mark = if p.at_bound { AT_BOUND } else { "" };
-        let row = format!("  {:<10}{:>12.4}  {:<6}{interval:<24}{mark}", p.name, p.value, p.unit);
-        writeln!(text, "{}", row.trim_end())?;
-    }
-    Ok(())
-}
-
 /// Meaning of a parameter of a model, a built-in law or a built-in cause; empty for a user's own.
 pub(in crate::internal::report) fn meaning(parameter: &str) -> &'static str {
     let mut built_in = library().iter().chain(laws()).flat_map(|extension| extension.own_parameters());
@@ -70,28 +59,15 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
     writeln!(text, "{title}")?;
     text.push_str(&wrapped(0, 2, &outcome.reason));
     for cause in &outcome.causes {
-        one(text, cause)?;
+        one(text, outcome, cause);
     }
-    for cause in &outcome.causes {
-        let rivals: Vec<String> = outcome.rivals(cause).map(sized).collect();
-        if !rivals.is_empty() {
-            text.push_str(&wrapped(
-                0,
-                2,
-                &format!("explains the data as well as {}: {}", cause.name, rivals.join(", ")),
-            ));
+    let absorbed: Vec<&str> = outcome.not_testable.iter().map(|entry| entry.name.as_str()).collect();
+    for (what, list) in
+        [("Not testable, because a calibration absorbs them", absorbed.join(", ")), ("Not tried", not_tried(outcome))]
+    {
+        if !list.is_empty() {
+            text.push_str(&wrapped(0, 2, &format!("{what}: {list}")));
         }
-    }
-    if !outcome.not_testable.is_empty() {
-        let absorbed: Vec<&str> = outcome.not_testable.iter().map(|entry| entry.name.as_str()).collect();
-        text.push_str(&wrapped(
-            0,
-            2,
-            &format!("Not testable here, because a calibration absorbs them: {}", absorbed.join(", ")),
-        ));
-    }
-    if !outcome.not_tried.is_empty() {
-        text.push_str(&wrapped(0, 2, &format!("Not tried: {}", not_tried(outcome))));
     }
     Ok(())
 }
@@ -107,27 +83,24 @@ pub(in crate::internal::report) fn next(base: &str) -> String {
     format!("Next: the same command with --base {base}")
 }
 
+/// A named cause: its sizes, its evidence, its term, and the causes that explain the data as well.
+fn one(text: &mut String, outcome: &Outcome, cause: &CauseEntry) {
+    let family = if cause.family == cause.name { String::new() } else { format!(", family {}", cause.family) };
+    let how = match cause.threshold_kind.as_str() {
+        "bootstrap" => String::new(),
+        kind => format!(": evidence {:.0}, threshold {:.0} ({kind})", cause.evidence, cause.threshold),
+    };
+    let lines = [Some(format!("{}{family}{how}", sized(cause))), cause.equation.clone(), cause.recording.clone()];
+    text.push_str(&wrapped(0, 2, &lines.into_iter().flatten().collect::<Vec<_>>().join("; ")));
+    let rivals: Vec<String> = outcome.rivals(cause).map(sized).collect();
+    if !rivals.is_empty() {
+        let rivals = format!("explains the data as well as {}: {}", cause.name, rivals.join(", "));
+        text.push_str(&wrapped(2, 4, &rivals));
+    }
+}
+
 /// A cause with its sizes, on one line.
 fn sized(cause: &CauseEntry) -> String {
     let sizes: Vec<String> = cause.parameters.iter().map(parameter).collect();
     if sizes.is_empty() { cause.name.clone() } else { format!("{} ({})", cause.name, sizes.join(", ")) }
-}
-
-fn one(text: &mut String, cause: &CauseEntry) -> Result {
-    let family = if cause.family == cause.name { String::new() } else { format!(" (family {})", cause.family) };
-    let (evidence, threshold, kind) = (cause.evidence, cause.threshold, &cause.threshold_kind);
-    let how = match kind.as_str() {
-        "bootstrap" => String::new(),
-        kind => format!(": evidence {evidence:.0}, threshold {threshold:.0} ({kind})"),
-    };
-    text.push_str(&wrapped(0, 2, &format!("{}{family}{how}", cause.name)));
-    parameters(text, &cause.parameters)?;
-    let what: Vec<&str> = cause.equation.iter().chain(&cause.meaning).map(String::as_str).collect();
-    if !what.is_empty() {
-        text.push_str(&wrapped(2, 4, &what.join(": ")));
-    }
-    if let Some(recording) = &cause.recording {
-        text.push_str(&wrapped(2, 4, &format!("in {recording}")));
-    }
-    Ok(())
 }

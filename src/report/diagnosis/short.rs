@@ -231,9 +231,7 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
         (None, Some(why)) if is_named => Some(format!("Whole drives could not test {it}: {why}.")),
         (None, Some(why)) => Some(format!("Whether an extension follows unseen drives better was not tested: {why}.")),
         (None, None) if outcome.closed_loop.bins == 0 => None,
-        (None, None) if is_named => {
-            Some(format!("Whole drives do not confirm {it}: do not use {it} yet{}.", why_not(outcome)))
-        }
+        (None, None) if is_named => Some(format!("Do not use {it} yet{}.", why_not(outcome))),
         (None, None) => Some(format!("No extension of {base} is recommended: none passes all checks.")),
     }
 }
@@ -243,7 +241,7 @@ fn why_not(outcome: &Outcome) -> String {
     let named = |trial: &&Trial| trial.causes.iter().all(|name| outcome.causes.iter().any(|cause| cause.name == *name));
     let best = outcome.closed_loop.trials.iter().filter(named).max_by(|a, b| a.gain.total_cmp(&b.gain));
     let check = best.and_then(|trial| trial.checks.iter().find(|check| !check.met));
-    check.map_or(String::new(), |check| format!(" ({})", check.in_words()))
+    check.map_or(String::new(), |check| format!(", because one check fails ({})", check.in_words()))
 }
 
 fn names(recommended: &Recommended) -> String {

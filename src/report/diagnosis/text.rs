@@ -1,12 +1,13 @@
 //! A diagnosis as text for a terminal of 80 columns, for readers who know car-following models but not this method.
 
 use super::causes;
-use super::causes::MEND_FIRST;
-use super::short::{capitalised, fleet_in_words, in_short};
+use super::causes::{AT_BOUND, MEND_FIRST};
+use super::short::{fleet_in_words, in_short};
 use crate::diagnose::describe::error_breakdown::{Budget, Share};
 use crate::diagnose::describe::missing::{PLACE, Profile, Profiles};
 use crate::report::text::wrapped;
-use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome};
+use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, Outcome, ParameterEntry};
+use indexmap::IndexSet;
 use std::fmt::Write;
 
 /// Width of the first column, in characters.
@@ -47,9 +48,6 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     outcome.fleet.iter().for_each(|fleet| text.push_str(&wrapped(0, 2, &fleet_in_words(fleet))));
     text.push_str(&wrapped(0, 2, &outcome.held_back));
     heading(text, "2. What is wrong, and where?");
-    if let Some(base) = &outcome.base {
-        model(text, base)?;
-    }
     for entry in &outcome.broken_off {
         text.push_str(&wrapped(0, 2, &entry.told()));
     }
@@ -66,7 +64,7 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     causes::race(text, &outcome.closed_loop)?;
     causes::verdict(text, outcome)?;
     heading(text, "4. The model with it");
-    extended(text, outcome, beside.again.as_ref())?;
+    models(text, outcome, beside.again.as_ref())?;
     heading(text, "5. The gain on unseen drives");
     held_back(text, &outcome.base_held_back)?;
     heading(text, "6. What is left");
@@ -112,11 +110,17 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
         if own.peek().is_none() && entry.units.is_none() {
             text.push_str("  no contradictions found\n");
         }
-        for finding in own {
+        let (shown, minor): (Vec<_>, Vec<_>) = own.partition(|f| f.matters || f.correction.is_some());
+        for finding in shown {
             text.push_str(&wrapped(2, 4, &format!("{}: {}", finding.name.to_uppercase(), finding.told())));
             if let Some(correction) = &finding.correction {
                 text.push_str(&wrapped(4, 6, &format!("done: {correction}")));
             }
+        }
+        if !minor.is_empty() {
+            let names: IndexSet<String> = minor.iter().map(|finding| finding.name.to_uppercase()).collect();
+            let names: Vec<String> = names.into_iter().collect();
+            text.push_str(&wrapped(2, 4, &format!("too small to matter: {} (see inspect)", names.join(", "))));
         }
         if let Some(moved) = entry.moved() {
             text.push_str(&wrapped(2, 4, &moved));
@@ -125,9 +129,10 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
             text.push_str(&wrapped(2, 4, &format!("not detectable: {unseen}")));
         }
     }
-    if findings.iter().any(|finding| finding.correction.is_none()) {
-        let others = if findings.iter().all(|finding| finding.correction.is_none()) { "" } else { "other " };
-        text.push_str(&format!("The {others}data are unchanged. --correct repairs these faults where possible.\n"));
+    let can_be_corrected =
+        |f: &FindingEntry| f.correction.is_none() && f.remedies.iter().any(|remedy| remedy == "correct");
+    if findings.iter().any(can_be_corrected) {
+        text.push_str("The data are unchanged. --correct repairs these faults where possible.\n");
     }
     text
 }
@@ -140,27 +145,42 @@ fn small(value: f64) -> String {
     }
 }
 
-fn model(text: &mut String, model: &ModelEntry) -> std::fmt::Result {
-    writeln!(text, "{}", model.variant)?;
-    causes::parameters(text, model.of_car())
-}
-
-/// The recommended model, otherwise the base with the named causes, and the command that calibrates it.
-fn extended(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std::fmt::Result {
-    let Some(extended) = outcome.extended.as_ref() else {
-        text.push_str("No extension is recommended.\n");
-        return Ok(());
+/// The base beside the recommended model, otherwise beside the one with the named causes; and the command that calibrates it.
+fn models(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std::fmt::Result {
+    let Some(base) = &outcome.base else { return Ok(()) };
+    let extended = outcome.extended.as_ref();
+    let title = match extended {
+        Some(model) => {
+            let what = if outcome.recommended.is_some() { "recommended" } else { "not recommended" };
+            format!("{}, and with {} ({what})", base.variant, model.extensions.join(" and "))
+        }
+        None => format!("{}; no extension is recommended", base.variant),
     };
-    let what = if outcome.recommended.is_some() { "recommended" } else { "not recommended" };
-    let causes = extended.extensions.join(" and ");
-    let base = outcome.base.as_ref().map_or("the base", |base| base.variant.as_str());
-    writeln!(text, "{base} with {causes} ({what})")?;
-    causes::parameters(text, extended.of_car())?;
-    if let Some(again) = again {
+    text.push_str(&wrapped(0, 2, &title));
+    let own: Vec<&ParameterEntry> = base.of_car().collect();
+    let more: Vec<&ParameterEntry> = extended.iter().flat_map(|model| model.of_car()).collect();
+    let is_new = |p: &&&ParameterEntry| !own.iter().any(|own| own.name == p.name);
+    let rows: Vec<&ParameterEntry> = own.iter().chain(more.iter().filter(is_new)).copied().collect();
+    for row in &rows {
+        let cell =
+            |all: &[&ParameterEntry]| all.iter().find(|p| p.name == row.name).map_or(String::new(), |p| value(p));
+        let line = format!("  {:<10}{:<6}{:<29}{}", row.name, row.unit, cell(&own), cell(&more));
+        writeln!(text, "{}", line.trim_end())?;
+    }
+    if own.iter().chain(&more).any(|p| p.at_bound) {
+        writeln!(text, "  * {AT_BOUND}")?;
+    }
+    if let Some(again) = again.filter(|_| extended.is_some()) {
         text.push_str(&wrapped(0, 2, &format!("To calibrate it {}:", again.on)));
         text.push_str(&typed(&again.words));
     }
     Ok(())
+}
+
+/// A value with its interval, marked if it is at a bound.
+fn value(p: &ParameterEntry) -> String {
+    let interval = p.interval.map_or(String::new(), |[low, high]| format!(" [{low:.4}, {high:.4}]"));
+    format!("{:.4}{interval}{}", p.value, if p.at_bound { "*" } else { "" })
 }
 
 /// Errors on data that the models were not fitted to.
@@ -168,8 +188,8 @@ fn held_back(text: &mut String, drives: &[HeldBackEntry]) -> std::fmt::Result {
     if drives.is_empty() {
         return Ok(());
     }
-    text.push_str("Root mean square errors on data left out of the fits:\n");
-    writeln!(text, "{:<NAME$}{:>10} {:>10} {:>11}{:>9}", "", "spacing", "speed", "accel.", "NRMSE")?;
+    let title = "rms errors on left-out data";
+    writeln!(text, "{title:<NAME$}{:>10} {:>10} {:>11}{:>9}", "spacing", "speed", "accel.", "NRMSE")?;
     let mut row = |name: &str, [s, v, a]: [f64; 3], nrmse: f64| {
         writeln!(text, "{name:<NAME$}{s:>8.3} m {v:>6.3} m/s {a:>6.3} m/s²{nrmse:>9.4}")
     };
@@ -220,14 +240,10 @@ fn errors(budget: &Budget) -> String {
     let [s, v, a] = budget.rms;
     let share = |share: &Share| {
         let time = share.time.map_or(String::new(), |time| format!(" in {:.0} % of the time", 100.0 * time));
-        format!(
-            ". {}: {:.0} % of the speed's squared error{time}",
-            capitalised(&share.name),
-            100.0 * share.error[SPEED]
-        )
+        format!("; {}: {:.0} % of the speed's squared error{time}", share.name, 100.0 * share.error[SPEED])
     };
     let worst = budget.worst_regime(SPEED).map_or(String::new(), share);
-    format!("Root mean square errors: spacing {s:.3} m, speed {v:.3} m/s, acceleration {a:.3} m/s²{worst}.")
+    format!("Rms errors: spacing {s:.3} m, speed {v:.3} m/s, acceleration {a:.3} m/s²{worst}.")
 }
 
 /// Largest mean chi-squared that may be chance: it is about 1 without a dependence, and the difference of a single pair of classes exceeds
@@ -254,10 +270,7 @@ fn acceleration(missing: &Profiles) -> String {
     let repeats = missing.repeats_by_place.map_or(String::new(), |r| {
         format!(" Its correlation between drives at the same places of the road is {r:.2}{chance}.")
     });
-    format!(
-        "To follow the measured car, the model would need a further acceleration of {} m/s² root mean square. It depends {on}.{repeats}",
-        small(missing.rms)
-    )
+    format!("The base lacks an acceleration of {} m/s² (rms). It depends {on}.{repeats}", small(missing.rms))
 }
 
 fn left(text: &mut String, outcome: &Outcome) {
