@@ -247,7 +247,7 @@ fn perhaps_absorbed(answer: &Answer<'_>) -> Option<Reason> {
 }
 
 /// A drive that would distinguish a cause from its rival, from the file of either.
-fn experiment<'a>(cause: &'a Extension, rival: &'a Extension) -> &'a str {
+pub fn experiment<'a>(cause: &'a Extension, rival: &'a Extension) -> &'a str {
     let own = |of: &'a Extension| of.cause.as_ref().and_then(|cause| cause.experiment.as_deref());
     own(cause)
         .or_else(|| own(rival))

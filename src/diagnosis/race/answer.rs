@@ -3,6 +3,7 @@
 use super::fit::Entry;
 use super::loss::{Losses, PartLoss, SIGNALS};
 use super::{Answer, HORIZONS, Horizon, Named, OF_A_NAME, Policy, Request, is_same, lasts};
+use crate::diagnose::answer::experiment;
 use crate::diagnose::likelihood::model::{LEAD, is_lead};
 use crate::diagnose::search::skipped::Untried;
 use crate::diagnose::{DiagnoseError, Drive, Verdict};
@@ -168,6 +169,9 @@ fn add_names(outcome: &mut Outcome, answer: &Answer, named: &Named) {
         named.evidence[0],
         at_most(named.evidence[1])
     );
+    if let Some((of, rival)) = named.rivals.first() {
+        outcome.reason += &format!(". Drives that would distinguish them: {}", experiment(of, rival));
+    }
 }
 
 fn at_most(p: f64) -> String {

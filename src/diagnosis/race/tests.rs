@@ -1,7 +1,8 @@
 use super::evidence::{ConfidenceSet, Rows, Table, table};
 use super::*;
-use crate::diagnose::made_up;
-use crate::judge::Resamples;
+use crate::diagnose::{Effort, made_up};
+use crate::judge::{Resamples, mean};
+use crate::result::diagnosis::Outcome;
 use crate::wgsl::extension_named;
 
 fn cause(name: &str) -> &'static Extension {
@@ -129,4 +130,39 @@ fn a_model_that_collides_is_not_recommended() {
     held.parts[0].as_mut().expect("left out once").shortfall = 1.0;
     lag.fits[HORIZONS - 1].as_mut().expect("fitted").judged = Some(Judged { held, ..judged });
     assert_eq!(unmet(lag), ["collisions on left-out drives"]);
+}
+
+/// A named model that is not recommended is delivered with its gain, and with the drives that would tell its rivals apart.
+#[test]
+fn a_named_model_has_a_gain() {
+    let (field, base, mut models) = judged_models();
+    let [filter, lag] = ["sensor_lowpass", "actuation_lag"].map(cause);
+    let (drives, bounds) = ([made_up::drive("made_up.csv", 0.0)], Overrides::new());
+    let request = Request {
+        drives: &drives,
+        unit: Unit::Recording,
+        base: "l-cth".parse().expect("a law"),
+        causes: &[filter, lag],
+        named: &[],
+        bounds: &bounds,
+        seed: 1,
+        rounds: 1,
+    };
+    let mut answer = unjudged(&request, &Policy::DEFAULT, field, Vec::new(), 0);
+    answer.entries.push(base);
+    answer.entries.append(&mut models);
+    answer.named = Some(Named { causes: vec![lag], rivals: vec![(lag, filter)], evidence: [5.0, 0.0], entry: 2 });
+    let mut outcome = Outcome::new(Effort::Quick, 1);
+    combine(&mut outcome, &answer);
+    let gain = outcome.gain.expect("it is judged");
+    let [before, after] = [0, 2].map(|k| {
+        let held = &answer.entries[k].whole_drives().expect("fitted").judged.as_ref().expect("judged").held;
+        mean(&held.roots(&answer.entries[k].scales))
+    });
+    assert_eq!((gain.base, gain.extended, outcome.recommended), (before, after, None));
+    assert_eq!(answer.extended().expect("it is judged").causes, [lag]);
+    assert!(outcome.reason.contains("p < 0.001. Drives that would distinguish them: a leader"), "{}", outcome.reason);
+    // A cause of one drive is named by the likelihood only, and the race does not judge it.
+    answer.likely = vec![cause("set_speed_change")];
+    assert!(answer.extended().is_none());
 }
