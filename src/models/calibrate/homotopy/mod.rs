@@ -94,16 +94,20 @@ struct Search<'a> {
     basins: Vec<Basin>,
 }
 
-/// Calibrates the variant of a ground on some of its cases, several searches side by side; `tell` also receives the place of the search.
+/// Calibrates the variant of a ground on some of its cases, several searches side by side, and with `around` also simulates candidates around
+/// each best one; `tell` also receives the place of the search.
 pub(super) fn search(
     ground: &Ground,
     tasks: &[&Task<'_>],
     settings: &Calibration,
+    around: bool,
     tell: &(dyn Fn(usize, Progress) -> ControlFlow<()> + Sync),
 ) -> Result<Vec<Ended>, CalibrateError> {
     let queue = Queue::default();
     let tells: Vec<_> = (0..tasks.len()).map(|i| move |told: Progress| tell(i, told)).collect();
-    let search = |(task, tell)| Box::pin(one(ground, &queue, task, settings, tell)) as Pin<Box<dyn Future<Output = _>>>;
+    let search = |(task, tell)| {
+        Box::pin(one(ground, &queue, task, (settings, around), tell)) as Pin<Box<dyn Future<Output = _>>>
+    };
     let searches = tasks.iter().copied().zip(tells.iter().map(|tell| tell as &(dyn Fn(_) -> _ + Sync))).map(search);
     run(ground, &queue, searches.collect())?.into_iter().collect()
 }
@@ -113,7 +117,7 @@ async fn one(
     ground: &Ground,
     queue: &Queue,
     Task { space, cases, number }: &Task<'_>,
-    settings: &Calibration,
+    (settings, around): (&Calibration, bool),
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Result<Ended, CalibrateError> {
     let mut search = Search {
@@ -123,6 +127,9 @@ async fn one(
         basins: Vec::new(),
     };
     let settled = search.is_settled().await?;
+    if around && search.record.stopped.is_none() {
+        search.look_around().await?;
+    }
     let Search { exact, record: Record { evaluations, convergence, near, best, stopped, .. }, .. } = search;
     let open = best.is_none() || stopped.is_none() && !settled;
     let stop = stopped.unwrap_or(if settled { StopReason::Converged } else { StopReason::Evaluations });
@@ -151,7 +158,6 @@ impl Search<'_> {
             }
         }
         self.polish().await?;
-        self.look_around().await?;
         Ok(agree(&found))
     }
 

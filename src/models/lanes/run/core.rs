@@ -1,6 +1,6 @@
 //! Populations in blocks, spread over threads, in one precision.
 
-use super::plan::{Part, Plan, candidate, in_order};
+use super::plan::{Part, Plan, Size, candidate, in_order};
 use super::products::{Bins, Differences, Products, Squares};
 use super::real::Real;
 use super::simd::{InstructionSet, run_block};
@@ -138,7 +138,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         results: &mut Vec<Finished>,
     ) -> Result<(), EvaluateError> {
         let mut plan = std::mem::take(&mut self.plan);
-        self.plan(cases, jobs, self.lanes(jobs), &mut plan)?;
+        self.plan(cases, jobs, Size::Mixed(self.lanes(jobs)), &mut plan)?;
         let nothing = Finished { score: Score::Rejected, raw: Raw::default() };
         let mut sorted = std::mem::take(&mut self.sorted);
         sorted.clear();
@@ -153,7 +153,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let columns = self.columns(jobs);
         work.into_par_iter().for_each(|(part, results)| {
             let mut run = self.prepare(jobs, settings, &columns, &plan, part);
-            if plan.lanes == A {
+            if part.lanes == A {
                 self.finish(&self.large, &mut run, results);
             } else {
                 self.finish(&self.small, &mut run, results);
@@ -228,15 +228,15 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     fn in_parts<R: Clone + Send>(
         &self,
         of: Observing<'_>,
-        lanes: usize,
+        size: Size,
         empty: R,
         read: impl Fn(Run<'_, T>, bool) -> Vec<R> + Sync,
     ) -> Result<Vec<R>, EvaluateError> {
-        let plan = self.planned(of.cases, of.job, lanes)?;
+        let plan = self.planned(of.cases, of.job, size)?;
         let (jobs, columns) = ([*of.job], self.columns(&[*of.job]));
         let one = |part: &Part| {
             let run = self.prepare(&jobs, of.settings, &columns, &plan, part);
-            read(Run { observers: of.observers, ..run }, plan.lanes == A)
+            read(Run { observers: of.observers, ..run }, part.lanes == A)
         };
         let several: Vec<Vec<R>> = plan.parts.par_iter().map(one).collect();
         Ok(in_order(&plan.order, several.into_iter().flatten(), empty))
@@ -245,7 +245,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     /// The sums of runs.
     pub fn observed(&self, of: Observing<'_>) -> Result<Vec<Observed>, EvaluateError> {
         let empty = Observed { raw: Raw::default(), blocks: Vec::new() };
-        self.in_parts(of, self.lanes(&[*of.job]), empty, |mut run, is_large| match is_large {
+        self.in_parts(of, Size::Mixed(self.lanes(&[*of.job])), empty, |mut run, is_large| match is_large {
             true => self.observe(&self.large, &mut run),
             false => self.observe(&self.small, &mut run),
         })
@@ -272,7 +272,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     pub fn innovations(&self, of: Observing<'_>) -> Result<Vec<Innovations>, EvaluateError> {
         let empty =
             Innovations { failed: None, first: 0, residual: Vec::new(), state: Vec::new(), acceleration: Vec::new() };
-        self.in_parts(of, B, empty, |run, _| self.record(run))
+        self.in_parts(of, Size::Equal(B), empty, |run, _| self.record(run))
     }
 
     fn record(&self, run: Run<'_, T>) -> Vec<Innovations> {
@@ -320,7 +320,8 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         what: Leaving,
         each: &mut dyn FnMut(&Residuals),
     ) -> Result<(Plan, Vec<Option<Failure>>), EvaluateError> {
-        let mut plan = self.planned(cases, job, self.lanes(&[*job]))?;
+        let lanes = self.lanes(&[*job]);
+        let mut plan = self.planned(cases, job, Size::Equal(lanes))?;
         plan.order.sort_unstable_by_key(|candidate| candidate.index);
         let (jobs, columns) = ([*job], self.columns(&[*job]));
         let prepare = |part: &Part| {
@@ -328,7 +329,7 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             Run { observers, ..run }
         };
         let runs = plan.parts.iter().map(prepare).collect();
-        let failed = if plan.lanes == A {
+        let failed = if lanes == A {
             self.leave(&self.large, runs, what, each)
         } else {
             self.leave(&self.small, runs, what, each)
@@ -338,9 +339,11 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
 
     /// Scores of runs, and their shortfalls.
     pub fn soft_scores(&self, of: Observing<'_>) -> Result<Vec<(Score, f64)>, EvaluateError> {
-        self.in_parts(of, self.lanes(&[*of.job]), (Score::Rejected, 0.0), |mut run, is_large| match is_large {
-            true => self.soft_score(&self.large, &mut run),
-            false => self.soft_score(&self.small, &mut run),
+        self.in_parts(of, Size::Mixed(self.lanes(&[*of.job])), (Score::Rejected, 0.0), |mut run, is_large| {
+            match is_large {
+                true => self.soft_score(&self.large, &mut run),
+                false => self.soft_score(&self.small, &mut run),
+            }
         })
     }
 

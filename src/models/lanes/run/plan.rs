@@ -11,6 +11,8 @@ use crate::symbols::{Parameters, Symbol};
 #[derive(Debug, Clone, Copy)]
 pub struct Part {
     pub case: usize,
+    /// Lanes of the block.
+    pub lanes: usize,
     pub from: usize,
     pub to: usize,
 }
@@ -18,16 +20,28 @@ pub struct Part {
 /// Candidates that run together.
 #[derive(Debug, Default)]
 pub struct Plan {
-    /// Lanes of a block.
-    pub lanes: usize,
     /// The candidates of all jobs, case by case.
     pub order: Vec<Candidate>,
     /// The blocks.
     pub parts: Vec<Part>,
 }
 
+/// Lanes of the blocks of a plan.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Size {
+    /// As many as this in all.
+    Equal(usize),
+    /// As many as this, but small blocks for a rest that needs no more of them than [`SMALL`].
+    Mixed(usize),
+}
+
+/// Measured time of a step of a small block in units of that of a large one: dispatch weighs on small blocks.
+const SMALL_TIME: f64 = 0.42;
+/// Small blocks that take less time than a large one.
+const SMALL: usize = 2;
+
 impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
-    /// Number of lanes of a block: the one with the least time for these jobs on this many threads.
+    /// Number of lanes of the largest blocks: the one with the least time for these jobs on this many threads.
     pub(super) fn lanes(&self, jobs: &[Job<'_>]) -> usize {
         if let Some(only) = self.only {
             return if A <= only && self.set != InstructionSet::Baseline { A } else { B };
@@ -40,16 +54,13 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         let bytes = |lanes: usize| (self.model.busy + ring) * lanes * size_of::<T>();
         let mut of_cases = vec![0; self.streams.len()];
         jobs.iter().for_each(|job| of_cases[job.case] += job.population.len());
-        // Measured time of a step per block, relative: dispatch weighs on small blocks.
-        let sizes = [(A, 1.0), (B, 0.42)];
-        let time = |(lanes, time): (usize, f64)| {
+        let time = |lanes: usize, time: f64| {
             let crowded = if bytes(lanes) > 40 * 1024 { 1.25 } else { 1.0 };
             let blocks: usize = of_cases.iter().map(|candidates| candidates.div_ceil(lanes)).sum();
             blocks.div_ceil(threads) as f64 * time * crowded
         };
         // The baseline is compiled for small blocks only.
-        let sizes = if self.set == InstructionSet::Baseline { &sizes[1..] } else { &sizes[..] };
-        sizes.iter().min_by(|a, b| time(**a).total_cmp(&time(**b))).expect("there are sizes").0
+        if self.set != InstructionSet::Baseline && time(A, 1.0) <= time(B, SMALL_TIME) { A } else { B }
     }
 
     /// Sorts the candidates of each case by delay, whatever jobs they belong to, and cuts them into blocks.
@@ -57,10 +68,10 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         &self,
         cases: &[Case],
         jobs: &[Job<'_>],
-        lanes: usize,
+        size: Size,
         plan: &mut Plan,
     ) -> Result<(), EvaluateError> {
-        let Plan { order, parts, .. } = plan;
+        let Plan { order, parts } = plan;
         order.clear();
         parts.clear();
         let mut by_case: Vec<usize> = (0..jobs.len()).collect();
@@ -73,9 +84,17 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
             let to = order.len();
             order[from..].sort_unstable_by_key(|candidate| (candidate.back, candidate.job, candidate.index));
             let case = jobs[of_case[0]].case;
-            parts.extend((from..to).step_by(lanes).map(|at| Part { case, from: at, to: (at + lanes).min(to) }));
+            let mut at = from;
+            while at < to {
+                let lanes = match size {
+                    Size::Mixed(_) if to - at <= SMALL * B => B,
+                    Size::Mixed(lanes) | Size::Equal(lanes) => lanes,
+                };
+                let part = Part { case, lanes, from: at, to: (at + lanes).min(to) };
+                at = part.to;
+                parts.push(part);
+            }
         }
-        plan.lanes = lanes;
         Ok(())
     }
 
@@ -106,9 +125,9 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     }
 
     /// The plan of one job.
-    pub(super) fn planned(&self, cases: &[Case], job: &Job<'_>, lanes: usize) -> Result<Plan, EvaluateError> {
+    pub(super) fn planned(&self, cases: &[Case], job: &Job<'_>, size: Size) -> Result<Plan, EvaluateError> {
         let mut plan = Plan::default();
-        self.plan(cases, &[*job], lanes, &mut plan)?;
+        self.plan(cases, &[*job], size, &mut plan)?;
         Ok(plan)
     }
 }

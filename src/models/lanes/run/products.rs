@@ -53,15 +53,13 @@ const SHORTFALL: usize = 3;
 /// Numbers of the widest vector.
 const STRIDE: usize = 8;
 
-/// Σ d_i d_j over the samples of a bin: d_0 is the error of the candidate, the others are its derivatives.
+/// Σ d_i d_j over the samples of a bin: d_0 is the error of the candidate, the others are the differences that its displaced copies make.
 #[derive(Debug)]
 pub struct Products<'a> {
     of: &'a Differences,
     bins: Bins<'a>,
     /// Numbers in a row of a matrix of `sums`, and rows: a multiple of [`STRIDE`].
     width: usize,
-    /// Displacement of each coordinate; 1 in the first place and after the last one.
-    steps: Vec<f64>,
     /// One matrix per bin and signal, row by row; only from the diagonal on. Entries beyond the coordinates are undefined.
     sums: Vec<f64>,
     /// The differences of a stretch, sample by sample.
@@ -77,10 +75,8 @@ impl<'a> Products<'a> {
 
     pub(super) fn in_bins(of: &'a Differences, bins: Bins<'a>) -> Products<'a> {
         let width = (of.steps.len() + 1).next_multiple_of(STRIDE);
-        let mut steps = vec![1.0; width];
-        steps[1..=of.steps.len()].copy_from_slice(&of.steps);
         let sums = vec![0.0; bins.count * SIGNALS * width * width];
-        Products { of, bins, width, steps, sums, stretch: Vec::new(), past: vec![0.0; bins.mean * width] }
+        Products { of, bins, width, sums, stretch: Vec::new(), past: vec![0.0; bins.mean * width] }
     }
 
     /// Start and length of the sums of a bin and signal.
@@ -116,26 +112,13 @@ impl<'a> Products<'a> {
         while at < candidates.end {
             let (block, lane) = (&stretch.blocks[at / lanes], at % lanes);
             let count = (lanes - lane).min(candidates.end - at);
-            let place = at - candidates.start;
-            let starts = (signal * lanes + lane..block.len()).step_by(stretch.signals * lanes);
-            for (to, start) in self.stretch.chunks_exact_mut(width).zip(starts) {
-                match block.get(start..start + width) {
-                    // Whole vectors, because entries beyond the coordinates are undefined; a call to copy a few numbers takes longer.
-                    Some(from) if place == 0 => {
-                        let from = from.as_chunks::<STRIDE>().0;
-                        to.as_chunks_mut::<STRIDE>().0.iter_mut().zip(from).for_each(|(to, from)| *to = *from);
-                    }
-                    _ => to[place..place + count].copy_from_slice(&block[start..start + count]),
-                }
-            }
+            let (first, every, place) = (signal * lanes + lane, stretch.signals * lanes, at - candidates.start);
+            let differences = &mut self.stretch;
+            Arch::new().dispatch(Differ { block, first, every, count, differences, width, place });
             at += count;
         }
         // Most runs have no shortfall.
-        if signal == SHORTFALL && self.stretch.iter().all(|number| *number == 0.0) {
-            return false;
-        }
-        Arch::new().dispatch(Differ { differences: &mut self.stretch, steps: &self.steps });
-        true
+        signal != SHORTFALL || self.stretch.iter().fold(0, |bits, number| bits | number.to_bits()) != 0
     }
 
     fn add_signal(&mut self, signal: usize, ranges: &[(usize, Range<usize>)]) {
@@ -166,14 +149,15 @@ impl<'a> Products<'a> {
     #[must_use]
     pub fn half_gradient(&self, bin: usize, signal: usize) -> DVector<f64> {
         let sums = &self.sums[self.place(bin, signal)];
-        DVector::from_fn(self.of.steps.len(), |i, _| sums[i + 1])
+        DVector::from_fn(self.of.steps.len(), |i, _| sums[i + 1] / self.of.steps[i])
     }
 
     /// Σ of products of derivatives.
     #[must_use]
     pub fn products(&self, bin: usize, signal: usize) -> DMatrix<f64> {
-        let (n, sums) = (self.of.steps.len(), &self.sums[self.place(bin, signal)]);
-        DMatrix::from_fn(n, n, |i, j| sums[(i.min(j) + 1) * self.width + i.max(j) + 1])
+        let (steps, sums) = (&self.of.steps, &self.sums[self.place(bin, signal)]);
+        let sum = |i: usize, j: usize| sums[(i.min(j) + 1) * self.width + i.max(j) + 1];
+        DMatrix::from_fn(steps.len(), steps.len(), |i, j| sum(i, j) / (steps[i] * steps[j]))
     }
 
     /// `weights`: for each signal, the factor of its root mean square, and one over its number of samples.
@@ -199,10 +183,17 @@ impl<'a> Products<'a> {
     }
 }
 
-/// Turns the values of the candidates, sample by sample, into differences.
+/// Reads some values of a block, sample by sample, as differences from those of the first candidate.
 struct Differ<'a> {
+    block: &'a [f64],
+    /// Place of the first value in the block, distance to that of the next sample, and number of values per sample.
+    first: usize,
+    every: usize,
+    count: usize,
     differences: &'a mut [f64],
-    steps: &'a [f64],
+    width: usize,
+    /// Of the values among those of all candidates.
+    place: usize,
 }
 
 /// Adds the products of differences.
@@ -212,21 +203,35 @@ struct Add<'a> {
     width: usize,
 }
 
+// Explicit vectors, because the compiler vectorises loops for the oldest processor, if at all. Every sum runs from sample to sample, and no
+// multiplication is fused with an addition, so that every processor gives the same bits.
 impl WithSimd for Differ<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, _: S) {
-        for differences in self.differences.chunks_exact_mut(self.steps.len()) {
-            let error = differences[0];
-            differences.iter_mut().zip(self.steps).for_each(|(d, step)| *d = (*d - error) / step);
-            differences[0] = error;
+    fn with_simd<S: Simd>(self, simd: S) {
+        let Differ { block, first, every, count, differences, width, place } = self;
+        for (to, start) in differences.chunks_exact_mut(width).zip((first..block.len()).step_by(every)) {
+            let error = if place == 0 { block[start] } else { to[0] };
+            match block.get(start..start + width) {
+                // Whole vectors: entries beyond the coordinates are undefined.
+                Some(from) if place == 0 => {
+                    let from = S::as_simd_f64s(from).0;
+                    for (to, from) in S::as_mut_simd_f64s(to).0.iter_mut().zip(from) {
+                        *to = simd.sub_f64s(*from, simd.splat_f64s(error));
+                    }
+                }
+                _ => {
+                    for (to, from) in to[place..place + count].iter_mut().zip(&block[start..start + count]) {
+                        *to = from - error;
+                    }
+                }
+            }
+            to[0] = error;
         }
     }
 }
 
-// Explicit vectors, because the compiler vectorises loops for the oldest processor, if at all. Every sum runs from sample to sample, and no
-// multiplication is fused with an addition, so that every processor gives the same bits.
 impl WithSimd for Add<'_> {
     type Output = ();
 

@@ -25,6 +25,26 @@ pub fn all_finite<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L]) -> bool 
     finite
 }
 
+/// True if all accelerations are finite, and all spacings, too, and at least `least`.
+#[inline(always)]
+pub fn all_clear<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L], least: T) -> bool {
+    let mut clear = true;
+    for i in 0..L {
+        clear &= Real::is_finite(a_free[i]) & Real::is_finite(s[i]) & (s[i] >= least);
+    }
+    clear
+}
+
+/// True if no value lies below `least`.
+#[inline(always)]
+pub fn all_reach<T: Real, const L: usize>(y: &[T; L], least: T) -> bool {
+    let mut reach = true;
+    for i in 0..L {
+        reach &= !(y[i] < least);
+    }
+    reach
+}
+
 /// True if no value is 0.
 #[inline(always)]
 pub fn all_true<T: Real, const L: usize>(x: &[T; L]) -> bool {

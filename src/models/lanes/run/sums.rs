@@ -95,6 +95,8 @@ pub struct Sums<T, const L: usize> {
     /// a convention that rejects candidates at an acceleration bound adds the cut part \[m/s²\].
     pub weighted: [Lane<T, L>; SIGNALS],
     pub shortfall2: Lane<T, L>,
+    /// False if all shortfalls of the last sample are 0.
+    pub falls_short: bool,
     /// Per block of samples and lane; used with an observer only.
     pub blocks: Vec<[Lane<T, L>; 2]>,
 }
@@ -149,6 +151,7 @@ impl<T: Real, const L: usize> Sums<T, L> {
             residual: [Lane::ZERO; 2],
             weighted: [Lane::ZERO; SIGNALS],
             shortfall2: Lane::ZERO,
+            falls_short: false,
             blocks: Vec::new(),
         }
     }
@@ -160,6 +163,7 @@ impl<T: Real, const L: usize> Sums<T, L> {
         }
         self.weighted = [Lane::ZERO; SIGNALS];
         self.shortfall2 = Lane::ZERO;
+        self.falls_short = false;
         self.block = [Lane::ZERO; 2];
         self.blocks.clear();
         if let Some(block) = settings.block {
@@ -223,6 +227,15 @@ impl<T: Real, const L: usize> Sums<T, L> {
             } else {
                 rows::errors_where(rows[k], measured, factor, went.row, to);
             }
+        }
+    }
+
+    /// Shortfalls of a sample at which no lane has one.
+    #[inline(always)]
+    pub fn clear_shortfalls(&mut self) {
+        if self.falls_short {
+            self.weighted[3] = Lane::ZERO;
+            self.falls_short = false;
         }
     }
 

@@ -89,7 +89,7 @@ impl<T: Real, const L: usize, const C: usize, const S: usize> Cursor<T, L, C, S>
         follow(&table.cells, &index, &mut self.cell, &mut self.in_cell);
         for i in 0..L {
             d[i] = d[i] - self.in_cell[0].0[i];
-            index[i] = 2 * index[i] + u32::from(is_above(d[i]));
+            index[i] = (index[i] << 1) | u32::from(is_above(d[i]));
         }
         follow(&table.sides, &index, &mut self.side, &mut self.on_side);
     }

@@ -257,9 +257,19 @@ pub fn run<T: Real, const L: usize>(
             let (a_free, s) = (w.registers.row(step.a_free), w.registers.row(home[0]));
             // Before any clamp: a minimum or maximum would hide a NaN.
             let feasible = step.feasible.map(|row| w.registers.row(row));
+            // Most soft runs have no shortfall at most samples.
+            let clear = match (settings.soft, step.reaching) {
+                (Some(_), _) if !whole || stream.rejects => false,
+                (Some(soft), Some(number)) if settings.reaches => {
+                    let least = T::of(soft.least);
+                    rows::all_clear(a_free, s, least) && rows::all_reach(w.registers.row(number), least)
+                }
+                (Some(soft), _) => rows::all_clear(a_free, s, T::of(soft.least)),
+                (None, _) => false,
+            };
             let all = whole
                 && match settings.soft {
-                    Some(_) => rows::all_finite(a_free, s),
+                    Some(_) => clear || rows::all_finite(a_free, s),
                     None => rows::all_fine(a_free, s) && feasible.is_none_or(rows::all_true),
                 };
             let failing = !all
@@ -283,7 +293,10 @@ pub fn run<T: Real, const L: usize>(
                 Some(_) => w.sums.weigh(settings, stream, rows, went, t),
                 None => w.sums.add(settings, stream, rows, went, t),
             }
-            if let Some(soft) = settings.soft {
+            if clear {
+                w.sums.clear_shortfalls();
+            } else if let Some(soft) = settings.soft {
+                w.sums.falls_short = true;
                 let shortfall = &mut w.sums.weighted[3].0;
                 rows::shortfalls(rows[0], T::of(soft.least), &w.went.0, shortfall);
                 if let Some(number) = step.reaching.filter(|_| settings.reaches) {
