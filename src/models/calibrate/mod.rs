@@ -270,8 +270,8 @@ pub fn calibrate(
 
 /// Calibrations that share only the evaluator; concurrent generations are simulated together. Each entry is the replicate of that number in
 /// [`calibrate`] on the cases of the task alone: the score of a candidate does not depend on its neighbours. (Only [`calibrate`] simulates
-/// candidates around the best one, and of more than ten replicates there, each keeps fewer near candidates.) `progress` also receives the number of the task, from 0; once it breaks, all of them end with
-/// their results so far.
+/// candidates around the best one, and of more than ten replicates there, each keeps fewer near candidates.) `progress` also receives the
+/// number of the task, from 0; once it breaks, all of them end with their results so far.
 ///
 /// # Errors
 /// When the evaluator fails. A task without a feasible candidate, or stopped before any, is an error of its own entry.
