@@ -2,12 +2,12 @@
 
 use super::bounds::{checked_single, origin, read_bounds, unknown};
 use super::drive::Drive;
-use super::error::{Error, Usage, usage};
+use super::error::{Error, Usage, refuse, usage};
 use super::extension::extend;
 use super::fit::Fit;
 use super::folds;
+use super::loading::Loaded;
 use super::once::once;
-use super::reading::Loaded;
 use crate::calibrate::{
     self, Apart, BoundSet, OptimizerKind, Overrides, Progress as SearchProgress, SearchSpace, apart_until, best,
     bound_times, calibrate,
@@ -342,7 +342,7 @@ impl Calibration {
                 return Err(unknown(&format!("--fix {name}"), name, &self.model, &known).into());
             }
             if let Some((_, before)) = self.fixed[..k].iter().find(|(other, _)| other == name) {
-                return Err(Usage(format!("--fix {name} is given twice, as {before} and as {value}")).into());
+                refuse!("--fix {name} is given twice, as {before} and as {value}");
             }
             overrides.insert(name.clone(), [*value, *value]);
             if let Some([lower, upper]) = meant.get(name)
@@ -350,11 +350,10 @@ impl Calibration {
             {
                 let source = if self.single.contains_key(name) { format!("bound {name}") } else { files.join(", ") };
                 let says = if lower == upper { format!("{lower}") } else { format!("[{lower}, {upper}]") };
-                let message = format!(
+                refuse!(
                     "--fix {name}={value} contradicts {source}, which says {name} = {says}; fix it within its bounds, or \
                      change one of the two"
                 );
-                return Err(Usage(message).into());
             }
         }
         Ok(overrides)
@@ -370,8 +369,7 @@ impl Calibration {
         {
             let name = |v: Option<&Vehicle>| v.map_or("unknown".to_owned(), |v| v.slug.clone());
             let (one, two) = (name(vehicle), name(other.vehicle()));
-            let message = format!("--joint: variant {model} needs one vehicle, found {one} and {two}; give --vehicle");
-            return Err(Usage(message).into());
+            refuse!("--joint: variant {model} needs one vehicle, found {one} and {two}; give --vehicle");
         }
         let mut overrides = self.overrides()?;
         let ends = |of: fn(&[f64]) -> Option<&f64>| loaded.iter().filter_map(move |l| of(&l.trajectory.t)).copied();
@@ -401,9 +399,9 @@ impl Calibration {
             let known = overrides.get(name).copied().or_else(|| Case::bounds(symbol, vehicle, self.convention));
             let Some([lower, upper]) = known else { continue };
             if lower > most {
-                return Err(Usage(format!(
+                refuse!(
                     "--history {history}: {name} is at least {lower} s, and may be at most {most} s; give a longer history or other bounds"
-                )));
+                );
             }
             overrides.insert(name.to_owned(), [lower, upper.min(most)]);
         }
@@ -415,7 +413,7 @@ impl Calibration {
         if let Some(seconds) = self.history_s
             && !(seconds.is_finite() && seconds >= 0.0)
         {
-            return Err(Usage(format!("--history {seconds}: expected a time in seconds, at least 0")).into());
+            refuse!("--history {seconds}: expected a time in seconds, at least 0");
         }
         let (replicates, simulations) = (self.search.replicates, self.search.stop.max_evaluations);
         let (most, least) = (calibrate::REPLICATES_MAX, calibrate::EVALUATIONS_MIN);

@@ -1,6 +1,6 @@
 //! Extensions on the command line: names of built-in ones, or files.
 
-use super::error::Usage;
+use super::error::{Usage, refuse};
 use crate::catalog::Variant;
 use crate::extension::Extension;
 use crate::text::spelling::did_you_mean;
@@ -13,9 +13,7 @@ pub fn extend(variant: Variant, extensions: &[String]) -> anyhow::Result<Variant
     extensions.iter().try_fold(variant, |variant, given| {
         if given.contains(',') && !Path::new(given).exists() {
             let each: Vec<String> = given.split(',').map(|one| format!("--extend {}", one.trim())).collect();
-            let message =
-                format!("--extend {given}: expected one extension; give --extend several times: {}", each.join(" "));
-            return Err(Usage(message).into());
+            refuse!("--extend {given}: expected one extension; give --extend several times: {}", each.join(" "));
         }
         let extension = find(given)?;
         variant.with(extension).map_err(|conflict| Usage(format!("--extend {given}: {conflict}")).into())

@@ -3,7 +3,7 @@
 use super::calibration::Calibration;
 use super::drive::Drive;
 use super::error::Error;
-use super::reading::Loaded;
+use super::loading::Loaded;
 #[cfg(feature = "cli")]
 use crate::evaluator::Case;
 use crate::reference::Trace;

@@ -1,8 +1,8 @@
 //! Cross-validation of one parameter set for many drives: each driver is left out of one calibration.
 
 use super::calibration::{Calibration, Prepared};
-use super::error::Usage;
-use super::reading::Loaded;
+use super::error::refuse;
+use super::loading::Loaded;
 use crate::calibrate::{self, Progress};
 use crate::result::assemble::scores_on;
 use crate::result::{DriveScore, Scores};
@@ -37,12 +37,12 @@ impl Calibration {
     pub(crate) fn fold_of(&self, loaded: &[Loaded]) -> anyhow::Result<Option<Vec<usize>>> {
         let Some(folds) = self.folds else { return Ok(None) };
         if folds < LEAST {
-            return Err(Usage(format!("--folds {folds}: expected at least {LEAST}")).into());
+            refuse!("--folds {folds}: expected at least {LEAST}");
         }
         let of = drivers_of(loaded);
         let found = of.iter().max().map_or(0, |last| last + 1);
         if (found as u64) < folds {
-            return Err(Usage(format!("--folds {folds}: expected at least {folds} drivers, found {found}")).into());
+            refuse!("--folds {folds}: expected at least {folds} drivers, found {found}");
         }
         Ok(Some(of.into_iter().map(|driver| driver % folds as usize).collect()))
     }

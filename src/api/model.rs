@@ -2,7 +2,7 @@
 
 use super::calibration::Calibration;
 use super::diagnosis::Diagnosis;
-use super::error::{Error, Usage, usage};
+use super::error::{Error, Usage, refuse, usage};
 use super::extension::extend;
 use crate::catalog;
 #[cfg(feature = "cli")]
@@ -204,5 +204,5 @@ pub(crate) fn transcribed(kind: Kind, variant: &catalog::Variant, [asked, instea
     let own = variant.extensions.list().iter().filter(|e| extension_named(&e.name).is_none());
     let files: Vec<&str> = own.map(|e| e.file.as_str()).collect();
     let (is, files) = (if files.len() == 1 { "is" } else { "are" }, files.join(", "));
-    Err(Usage(format!("`{asked}` knows the built-in causes only; {files} {is} your own: use `{instead}`")).into())
+    refuse!("`{asked}` knows the built-in causes only; {files} {is} your own: use `{instead}`");
 }

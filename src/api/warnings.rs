@@ -1,7 +1,8 @@
 //! Settings without effect and likely mistakes: one warning each, before the work.
 
 use super::bounds::{is_controller, is_human};
-use super::reading::{Reading, start_assumed};
+use super::loading::start_assumed;
+use super::reading::Reading;
 use crate::calibrate::Overrides;
 use crate::catalog::{Constraint, Controller, Dynamics, Variant};
 use crate::convention::Convention;
