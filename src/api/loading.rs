@@ -240,40 +240,21 @@ impl Reading {
             let (recording, follower) = self.read(input, follower)?;
             return self.pick_all(&recording, follower, variant, true, warn);
         }
-        let (mut count, mut drives, mut unusable) = (0, Vec::new(), Vec::new());
+        let shown = input.shown();
         if is_numbered {
+            let mut all = Vec::new();
             for follower in numbers {
-                count += 1;
-                match self.pick_all(&recording, Some(follower), variant, true, warn) {
-                    Ok(loaded) => drives.extend(loaded),
-                    Err(error) if is_of_one(&error) => unusable.push((format!("follower {follower}"), error)),
-                    Err(error) => return Err(error),
-                }
+                let own = self.pick_all(&recording, Some(follower), variant, true, warn);
+                all.push((format!("follower {follower}"), of_one(own)?));
             }
-        } else {
-            let vehicle = (variant.needs_vehicle() || self.vehicle.is_some()).then_some(variant);
-            let (found, left_out) = self.pairs(input, None, vehicle)?;
-            left_out.into_iter().for_each(&mut *warn);
-            let cut = cut_off(found.iter().map(|one| one.pieces));
-            cut.into_iter().for_each(|told| warn(format!("{}: {told}", input.shown())));
-            for Found { name, drive, .. } in found {
-                count += 1;
-                match drive {
-                    Ok(loaded) => drives.push(loaded),
-                    Err(error) => unusable.push((name, error)),
-                }
-            }
+            return Ok(usable(&shown, "pairs", all, warn)?.into_iter().flatten().collect());
         }
-        let left_out = unusable.len();
-        match unusable.into_iter().next() {
-            Some((_, error)) if drives.is_empty() => return Err(error),
-            Some((name, error)) => warn(format!(
-                "{}: {left_out} of {count} pairs cannot be used; the first of them is {name}: {error:#}",
-                input.shown()
-            )),
-            None => {}
-        }
-        Ok(drives)
+        let vehicle = (variant.needs_vehicle() || self.vehicle.is_some()).then_some(variant);
+        let (found, left_out) = self.pairs(input, None, vehicle)?;
+        left_out.into_iter().for_each(&mut *warn);
+        let cut = cut_off(found.iter().map(|one| one.pieces));
+        cut.into_iter().for_each(|told| warn(format!("{shown}: {told}")));
+        usable(&shown, "pairs", found.into_iter().map(|one| (one.name, one.drive)).collect(), warn)
     }
 
     /// Every requested trajectory, in that order; with `all` every usable one of the file, if none is requested.
@@ -293,13 +274,10 @@ impl Reading {
         if !all || recording.platoons.len() < 2 {
             return Ok(vec![self.pick_one(recording, follower, variant, None, warn)?]);
         }
-        let (mut picked, mut left_out, mut said) = (Vec::new(), Vec::new(), Vec::new());
+        let (mut all, mut said) = (Vec::new(), Vec::new());
         for id in recording.platoons.iter().filter_map(|platoon| platoon.id.as_deref()) {
-            match self.pick_one(recording, follower, variant, Some(id), &mut |text| said.push((id, text))) {
-                Ok(loaded) => picked.push(loaded),
-                Err(error) if is_of_one(&error) => left_out.push((id, error)),
-                Err(error) => return Err(error),
-            }
+            let own = self.pick_one(recording, follower, variant, Some(id), &mut |text| said.push((id, text)));
+            all.push((id.to_owned(), of_one(own)?));
         }
         let path = &recording.source.path;
         let more = said.len().saturating_sub(WARNED);
@@ -307,15 +285,7 @@ impl Reading {
         if more > 0 {
             warn(format!("{path}: {more} more such warnings on other trajectories"));
         }
-        match left_out.into_iter().next() {
-            Some((_, error)) if picked.is_empty() => return Err(error),
-            Some((id, error)) => warn(format!(
-                "{path}: {} of {} trajectories cannot be used; the first of them is {id}: {error}",
-                recording.platoons.len() - picked.len(),
-                recording.platoons.len()
-            )),
-            None => {}
-        }
+        let picked = usable(path, "trajectories", all, warn)?;
         let mut names: Vec<&str> = picked.iter().map(|loaded| loaded.trajectory.name.as_str()).collect();
         names.sort_unstable();
         names.dedup();
@@ -516,13 +486,42 @@ fn has_several_followers(recording: &Recording) -> bool {
     names.any(|name| Some(name) != first)
 }
 
-/// True if an error concerns that trajectory only.
+/// A drive, or an error that concerns it only; other errors end the command.
 #[cfg(feature = "cli")]
-fn is_of_one(error: &anyhow::Error) -> bool {
+fn of_one<T>(drive: anyhow::Result<T>) -> anyhow::Result<anyhow::Result<T>> {
     use crate::trajectory::PrepareError::{self, EmptyWindow, Faulty, Short, TooShort};
-    let of_one =
+    let is_its =
         |error: &PrepareError| matches!(error, TooShort { .. } | Short { .. } | EmptyWindow { .. } | Faulty { .. });
-    error.downcast_ref().is_some_and(of_one)
+    match drive {
+        Err(error) if !error.downcast_ref().is_some_and(is_its) => Err(error),
+        drive => Ok(drive),
+    }
+}
+
+/// The drives of a file that can be used, with a warning about the others; an error if none can.
+#[cfg(feature = "cli")]
+fn usable<T>(
+    path: &str,
+    what: &str,
+    all: Vec<(String, anyhow::Result<T>)>,
+    warn: &mut dyn FnMut(String),
+) -> anyhow::Result<Vec<T>> {
+    let (count, mut good, mut first) = (all.len(), Vec::new(), None);
+    for (name, one) in all {
+        match one {
+            Ok(one) => good.push(one),
+            Err(error) => first = first.or(Some((name, error))),
+        }
+    }
+    match first {
+        Some((_, error)) if good.is_empty() => return Err(error),
+        Some((name, error)) => {
+            let lost = count - good.len();
+            warn(format!("{path}: {lost} of {count} {what} cannot be used; the first of them is {name}: {error:#}"));
+        }
+        None => {}
+    }
+    Ok(good)
 }
 
 /// Why a piece of a drive is not calibrated with the rest.
