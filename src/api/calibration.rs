@@ -24,6 +24,7 @@ use crate::result::{ComparedEntry, ResultFile};
 use crate::score::GoodnessOfFit;
 use crate::select::{Selection, Work};
 use crate::symbols::Symbol;
+use crate::text::option::{FIX, HISTORY, JOINT, MAX_EVALUATIONS, OPTIMIZER, PRECISION, REPLICATES, SEED, VEHICLE};
 use crate::trajectory::Trajectory;
 use crate::vehicle::Vehicle;
 use crate::wgsl::read_extension;
@@ -339,10 +340,10 @@ impl Calibration {
         overrides.extend(single);
         for (k, (name, value)) in self.fixed.iter().enumerate() {
             if !known.iter().any(|symbol| symbol.name() == name) {
-                return Err(unknown(&format!("--fix {name}"), name, &self.model, &known).into());
+                return Err(unknown(&format!("{FIX} {name}"), name, &self.model, &known).into());
             }
             if let Some((_, before)) = self.fixed[..k].iter().find(|(other, _)| other == name) {
-                refuse!("--fix {name} is given twice, as {before} and as {value}");
+                refuse!("{FIX} {name} is given twice, as {before} and as {value}");
             }
             overrides.insert(name.clone(), [*value, *value]);
             if let Some([lower, upper]) = meant.get(name)
@@ -351,7 +352,7 @@ impl Calibration {
                 let source = if self.single.contains_key(name) { format!("bound {name}") } else { files.join(", ") };
                 let says = if lower == upper { format!("{lower}") } else { format!("[{lower}, {upper}]") };
                 refuse!(
-                    "--fix {name}={value} contradicts {source}, which says {name} = {says}; fix it within its bounds, or \
+                    "{FIX} {name}={value} contradicts {source}, which says {name} = {says}; fix it within its bounds, or \
                      change one of the two"
                 );
             }
@@ -369,7 +370,7 @@ impl Calibration {
         {
             let name = |v: Option<&Vehicle>| v.map_or("unknown".to_owned(), |v| v.slug.clone());
             let (one, two) = (name(vehicle), name(other.vehicle()));
-            refuse!("--joint: variant {model} needs one vehicle, found {one} and {two}; give --vehicle");
+            refuse!("{JOINT}: variant {model} needs one vehicle, found {one} and {two}; give {VEHICLE}");
         }
         let mut overrides = self.overrides()?;
         let ends = |of: fn(&[f64]) -> Option<&f64>| loaded.iter().filter_map(move |l| of(&l.trajectory.t)).copied();
@@ -400,7 +401,7 @@ impl Calibration {
             let Some([lower, upper]) = known else { continue };
             if lower > most {
                 refuse!(
-                    "--history {history}: {name} is at least {lower} s, and may be at most {most} s; give a longer history or other bounds"
+                    "{HISTORY} {history}: {name} is at least {lower} s, and may be at most {most} s; give a longer history or other bounds"
                 );
             }
             overrides.insert(name.to_owned(), [lower, upper.min(most)]);
@@ -413,13 +414,13 @@ impl Calibration {
         if let Some(seconds) = self.history_s
             && !(seconds.is_finite() && seconds >= 0.0)
         {
-            refuse!("--history {seconds}: expected a time in seconds, at least 0");
+            refuse!("{HISTORY} {seconds}: expected a time in seconds, at least 0");
         }
         let (replicates, simulations) = (self.search.replicates, self.search.stop.max_evaluations);
         let (most, least) = (calibrate::REPLICATES_MAX, calibrate::EVALUATIONS_MIN);
         let message = match (replicates, simulations) {
-            (found, _) if !(1..=most).contains(&found) => format!("--replicates {found}: expected 1 to {most}"),
-            (_, found) if found < least => format!("--max-evaluations {found}: expected at least {least}"),
+            (found, _) if !(1..=most).contains(&found) => format!("{REPLICATES} {found}: expected 1 to {most}"),
+            (_, found) if found < least => format!("{MAX_EVALUATIONS} {found}: expected at least {least}"),
             _ => return Ok(()),
         };
         Err(Usage(message).into())
@@ -498,9 +499,10 @@ impl Calibration {
             flow
         })?;
         let Some(winner) = best(&replicates).filter(|winner| winner.score.is_finite()) else {
-            let message = "no replicate found a candidate that passes in f64; those that pass in f32 lie on the edge \
-                           of a crash; try --optimizer auto, --precision compensated or another --seed";
-            return Err(anyhow::anyhow!(message));
+            anyhow::bail!(
+                "no replicate found a candidate that passes in f64; those that pass in f32 lie on the edge of a crash; try \
+                 {OPTIMIZER} auto, {PRECISION} compensated or another {SEED}"
+            );
         };
         let mut stop = || {
             stopped |= last.is_some_and(|told| progress(told).is_break());

@@ -21,6 +21,7 @@ use crate::fleet::Drive as OfFleet;
 use crate::race::loss::SHORTEST_S;
 use crate::race::{NotFollowed, Policy, Request, Unit, race, rounds};
 use crate::result::diagnosis::{DataEntry, FindingEntry, Outcome};
+use crate::text::option::HOLDOUT;
 use crate::text::spelling::any_of;
 use crate::trajectory::{Recording, Trajectory};
 use crate::wgsl::{library, read_extension};
@@ -154,7 +155,7 @@ impl Loading {
             let samples = Samples::of(&picked.trajectory);
             if let Some(trained) = trained.iter().find(|other| other.overlap(&samples)) {
                 let held = &entry.path;
-                refuse!("--holdout {held}: also given for training, as {trained}; remove one of them");
+                refuse!("{HOLDOUT} {held}: also given for training, as {trained}; remove one of them");
             }
             samples.differ_from(&held)?;
             held.push(samples);

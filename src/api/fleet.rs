@@ -11,6 +11,7 @@ use crate::fleet::{self, Held, Journal, Model, Pair, Settings};
 use crate::score::GoodnessOfFit;
 use crate::study::fingerprint;
 use crate::study::table::Table;
+use crate::text::option::{HOLDOUT, MODEL};
 use crate::trajectory::PrepareError;
 use crate::trajectory::import::is_companion;
 use crate::trajectory::soundness::FindingKind;
@@ -267,7 +268,7 @@ impl HeldBack {
             [] => Ok(None),
             given if given.iter().any(|text| text.parse::<f64>().is_ok()) => {
                 let [text] = given else {
-                    refuse!("--holdout {}: expected one share, or files", given.join(" "));
+                    refuse!("{HOLDOUT} {}: expected one share, or files", given.join(" "));
                 };
                 Ok(Some(HeldBack::Share(checked_share(text.parse()?)?)))
             }
@@ -275,7 +276,7 @@ impl HeldBack {
                 let held = files(given)?;
                 if let Some(twice) = held.iter().find(|path| calibrated.contains(path)) {
                     let shown = twice.display();
-                    refuse!("--holdout {shown}: it is also used for calibration; give another file, or a share");
+                    refuse!("{HOLDOUT} {shown}: it is also used for calibration; give another file, or a share");
                 }
                 Ok(Some(HeldBack::Files(held)))
             }
@@ -288,7 +289,7 @@ pub(crate) fn checked_share(share: f64) -> Result<f64, Usage> {
     if share > 0.0 && share < 1.0 {
         return Ok(share);
     }
-    refuse!("--holdout {share}: expected a share above 0 and below 1, such as 0.3, or a file or folder of drives");
+    refuse!("{HOLDOUT} {share}: expected a share above 0 and below 1, such as 0.3, or a file or folder of drives");
 }
 
 /// The files, with the tables of folders in the order of their names.
@@ -397,7 +398,7 @@ fn distinct(calibrations: &[Calibration]) -> Result<(), Usage> {
     for (k, Calibration { model, .. }) in calibrations.iter().enumerate() {
         let others = || calibrations[..k].iter().map(|one| &one.model);
         if others().any(|other| other == model) {
-            refuse!("--model {model} is given twice");
+            refuse!("{MODEL} {model} is given twice");
         }
         let Some(law) = model.law() else { continue };
         if others().filter_map(Variant::law).any(|other| other.name == law.name && other != law) {

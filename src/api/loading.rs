@@ -3,6 +3,7 @@
 use super::error::{Usage, refuse};
 use super::reading::Reading;
 use crate::catalog::{Constraint, Variant};
+use crate::text::option::{COLUMNS, CORRECT, FOLLOWER, FROM, LEAD_START, MAX_GAP, SEGMENT, TO, TRAJECTORY, VEHICLE};
 use crate::text::shown::NAMED;
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped, read_mapped_from};
@@ -61,7 +62,7 @@ pub(crate) fn cut_off(pieces: impl Iterator<Item = usize>) -> Option<String> {
         let pieces = if pieces == 1 { "1 piece".to_owned() } else { format!("{pieces} pieces") };
         let of = if pairs == 1 { "1 drive".to_owned() } else { format!("{pairs} drives") };
         format!(
-            "{pieces} of {of} left out: long gaps cut a drive into pieces, of which only the longest is used; a longer --max-gap \
+            "{pieces} of {of} left out: long gaps cut a drive into pieces, of which only the longest is used; a longer {MAX_GAP} \
              interpolates more"
         )
     })
@@ -85,7 +86,7 @@ pub(crate) fn start_assumed(trajectory: &Trajectory) -> Option<String> {
     let table = grade.source.as_ref().map_or("its grade table", |table| table.path.as_str());
     Some(format!(
         "{}: it has no positions, so the preceding vehicle is assumed to start at {position} m of {table}; \
-             otherwise the slopes belong to another place: give the start with --lead-start M",
+             otherwise the slopes belong to another place: give the start with {LEAD_START} M",
         source.path
     ))
 }
@@ -123,13 +124,13 @@ impl Reading {
                 let names = recording.platoons.iter().filter_map(|platoon| platoon.cars.last());
                 let near = did_you_mean(id, names.map(|car| car.name.as_str()));
                 refuse!(
-                    "--follower {id}: not a follower in {}{near}; {}",
+                    "{FOLLOWER} {id}: not a follower in {}{near}; {}",
                     recording.source.path,
                     longest_pairs(recording)
                 );
             }
             None if self.trajectory.is_none() && has_several_followers(recording) => {
-                refuse!("--follower is needed: {}", longest_pairs(recording));
+                refuse!("{FOLLOWER} is needed: {}", longest_pairs(recording));
             }
             None => {}
         }
@@ -154,7 +155,7 @@ impl Reading {
         if let Some(id) = ids.iter().find(|id| recording.platoons.iter().all(|platoon| platoon.id.as_ref() != Some(id)))
         {
             let shown = input.shown();
-            refuse!("--trajectory {id}: {shown} has no trajectory of this id");
+            refuse!("{TRAJECTORY} {id}: {shown} has no trajectory of this id");
         }
         let is_wanted = |platoon: &&Platoon| ids.is_empty() || platoon.id.as_ref().is_some_and(|id| ids.contains(id));
         let mut asked = Vec::new();
@@ -294,7 +295,7 @@ impl Reading {
             && recording.chosen_by != ChosenBy::Group
         {
             warn(format!(
-                "{path}: the trajectories belong to {} vehicles, such as {one} and {another}; --follower NAME selects one",
+                "{path}: the trajectories belong to {} vehicles, such as {one} and {another}; {FOLLOWER} NAME selects one",
                 names.len()
             ));
         }
@@ -327,7 +328,7 @@ impl Reading {
 
     /// A drive with a fault that matters and can be corrected: corrected, or uncorrected if this one is corrected.
     pub(super) fn twin(&self, recording: &Recording, of: &Trajectory) -> Option<Trajectory> {
-        let mends = |finding: &Finding| finding.remedies.iter().any(|remedy| remedy.option == "correct");
+        let mends = |finding: &Finding| finding.remedies.iter().any(|remedy| remedy.option == CORRECT);
         of.findings().find(|finding| finding.matters && mends(finding))?;
         let (from, to) = (of.t.first().copied(), of.t.last().copied());
         let other = Reading { correct: !self.correct, from, to, segment: None, ..self.clone() };
@@ -359,7 +360,7 @@ impl Reading {
         if vehicle.is_none() && variant.needs_vehicle() {
             let Trajectory { source, name, follower, .. } = trajectory;
             refuse!(
-                "{}: variant {variant} needs the vehicle of follower {follower}, but no vehicle has the name `{name}`; give --vehicle \
+                "{}: variant {variant} needs the vehicle of follower {follower}, but no vehicle has the name `{name}`; give {VEHICLE} \
                  NAME or FILE#NAME (`leadlag list vehicles`)",
                 source.path
             );
@@ -395,7 +396,7 @@ impl Reading {
             Some(k) => {
                 let are =
                     if count == 1 { "there is 1 segment".to_owned() } else { format!("there are {count} segments") };
-                refuse!("--segment {k}: {path}: {are}: {listed}");
+                refuse!("{SEGMENT} {k}: {path}: {are}: {listed}");
             }
             None => {
                 let (longest, _) = Stretch::longest(&stretches);
@@ -411,7 +412,7 @@ impl Reading {
             if one != other {
                 warn(format!(
                     "{path}: {one} drives until {before:.1} s and {other} after, as the file says: two drivers, each a separate segment; \
-                     --to {before:.3} or --from {after:.3} selects one of them"
+                     {TO} {before:.3} or {FROM} {after:.3} selects one of them"
                 ));
             }
         }
@@ -420,13 +421,13 @@ impl Reading {
             let are_whole = ids.len() == count && ids.windows(2).all(|pair| pair[0] != pair[1]);
             warn(match segments[index].id.as_deref().filter(|_| are_whole) {
                 Some(longest) => format!(
-                    "{path}: {count} trajectories ({}), of which only the longest, {longest}, is used; --trajectory chooses others: several \
+                    "{path}: {count} trajectories ({}), of which only the longest, {longest}, is used; {TRAJECTORY} chooses others: several \
                      for a diagnosis or a joint calibration, or one",
                     first_few(&ids)
                 ),
                 None => format!(
                     "{path}: {count} segments, of which only the longest, number {}, is used; the longest are {listed}; \
-                     --segment or --trajectory choose another, a longer --max-gap interpolates more",
+                     {SEGMENT} or {TRAJECTORY} choose another, a longer {MAX_GAP} interpolates more",
                     index + 1
                 ),
             });
@@ -529,7 +530,7 @@ fn another_driver(piece: &Trajectory, driver: &str, by: &str) -> anyhow::Error {
     let [from, to] = [piece.t[0], piece.t[piece.len() - 1]];
     anyhow::anyhow!(
         "{}: {driver} drives from {from:.1} to {to:.1} s, as the file says, and the longer piece by {by} is the pair of this drive; \
-         --from {from:.3} --to {to:.3} calibrates this one",
+         {FROM} {from:.3} {TO} {to:.3} calibrates this one",
         piece.source.path
     )
 }
@@ -551,8 +552,8 @@ fn numbered(recording: &mut Recording, given: &str) -> anyhow::Result<usize> {
     let near = did_you_mean(given, names.iter().copied());
     names.truncate(NAMED);
     refuse!(
-        "--follower: expected a number, 1 right behind the platoon leader, or the name of a car that follows, found `{given}`; \
-         {} has {}{near}; ids of vehicles need --columns",
+        "{FOLLOWER}: expected a number, 1 right behind the platoon leader, or the name of a car that follows, found `{given}`; \
+         {} has {}{near}; ids of vehicles need {COLUMNS}",
         recording.source.path,
         names.join(", ")
     );
@@ -562,7 +563,7 @@ fn numbered(recording: &mut Recording, given: &str) -> anyhow::Result<usize> {
 pub(crate) fn column_map(given: &str) -> anyhow::Result<ColumnMap> {
     ColumnMap::find(given).map_err(|error| match error {
         MapError::Open { .. } => error.into(),
-        error => Usage(format!("--columns: {error}")).into(),
+        error => Usage(format!("{COLUMNS}: {error}")).into(),
     })
 }
 
@@ -600,5 +601,5 @@ pub(crate) fn only_follower(recording: &Recording) -> anyhow::Result<usize> {
         return Ok(1);
     }
     let path = &recording.source.path;
-    refuse!("--follower is needed: {path} has the followers {}", followers.join(", "));
+    refuse!("{FOLLOWER} is needed: {path} has the followers {}", followers.join(", "));
 }

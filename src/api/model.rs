@@ -190,10 +190,7 @@ impl Law {
     }
 }
 
-/// The option for an evaluator, and the option for one that can replace the reference.
-#[cfg(feature = "cli")]
-pub(crate) const BY_FLAGS: [&str; 2] = ["--evaluator reference", "--evaluator lanes --precision f64"];
-/// The same in the plan of a study.
+/// In the plan of a study, an evaluator, and one that can replace the reference.
 pub(crate) const BY_PLAN: [&str; 2] = ["evaluator = \"reference\"", "evaluator = \"lanes\" and precision = \"f64\""];
 
 /// Refuses the reference for a variant with a user's extension, of which it has no transcription.

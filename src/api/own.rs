@@ -9,6 +9,7 @@ use crate::evaluator::Evaluator;
 use crate::pooling::{LEAST_DRIVERS, partly_pooled};
 use crate::result::assemble::OwnFit;
 use crate::score::Accumulation;
+use crate::text::option::OWN;
 
 impl Calibration {
     /// Gives each driver own values of these parameters; all others are common. Own values are drawn towards the middle of their distribution
@@ -29,7 +30,7 @@ impl Calibration {
         let count = drivers.iter().max().map_or(0, |last| last + 1);
         if !self.own.is_empty() && count < LEAST_DRIVERS {
             let names = self.own.join(",");
-            refuse!("--own {names}: a distribution needs at least {LEAST_DRIVERS} drivers, found {count}");
+            refuse!("{OWN} {names}: a distribution needs at least {LEAST_DRIVERS} drivers, found {count}");
         }
         let of = |driver: usize| (0..drivers.len()).filter(|drive| drivers[*drive] == driver).collect();
         Ok((0..count).map(of).collect())
@@ -43,7 +44,7 @@ impl Calibration {
         let space = &prepared.space;
         let mut positions = Vec::new();
         for name in &self.own {
-            let flag = format!("--own {name}");
+            let flag = format!("{OWN} {name}");
             let Some(at) = space.symbols.iter().position(|symbol| symbol.name() == name) else {
                 return Err(unknown(&flag, name, &self.model, &space.symbols).into());
             };
@@ -59,7 +60,7 @@ impl Calibration {
         }
         if !positions.is_empty() && self.gof.accumulation() == Accumulation::Theil {
             let gof = self.gof;
-            refuse!("--own: {gof} is no norm of residuals; minimise another measure, such as nrmse-sva");
+            refuse!("{OWN}: {gof} is no norm of residuals; minimise another measure, such as nrmse-sva");
         }
         Ok(positions)
     }

@@ -7,6 +7,7 @@ use crate::diagnose::describe::error_breakdown::{Budget, Share};
 use crate::diagnose::describe::missing::{PLACE, Profile, Profiles};
 use crate::report::text::wrapped;
 use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, ModelEntry, Outcome};
+use crate::text::option::CORRECT;
 use std::fmt::Write;
 
 /// Width of the first column, in characters.
@@ -139,7 +140,7 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
     }
     if findings.iter().any(|finding| finding.correction.is_none()) {
         let others = if findings.iter().all(|finding| finding.correction.is_none()) { "" } else { "other " };
-        text.push_str(&format!("The {others}data are unchanged. --correct repairs these faults where possible.\n"));
+        text.push_str(&format!("The {others}data are unchanged. {CORRECT} repairs these faults where possible.\n"));
     }
     text
 }

@@ -5,6 +5,7 @@ use super::limits::LIMITS;
 use super::link::{Link, Signal};
 use super::noise::{self, quantum};
 use crate::statistics::robust_scale;
+use crate::text::option::CORRECT;
 use crate::trajectory::steps::runs;
 use std::ops::Range;
 
@@ -150,7 +151,7 @@ pub(super) fn finding(signal: &Signal, link: &Link, found: &Dropouts) -> Option<
     Some(Finding {
         when: found.ranges.iter().map(|r| [link.time(r.start), link.time(r.end - 1)]).collect(),
         matters,
-        remedies: vec![Remedy::of("correct")],
+        remedies: vec![Remedy::of(CORRECT)],
         sentence: format!(
             "{}: {:.1} s in {} pieces were not measured but are missing, held or filled in; the longest is {:.1} s from {:.1} s on{at}",
             signal.title,

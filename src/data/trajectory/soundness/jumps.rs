@@ -5,6 +5,7 @@ use super::held::merge;
 use super::limits::LIMITS;
 use super::link::{Link, Signal, rates};
 use crate::statistics::{robust_scale, upper_median};
+use crate::text::option::{CORRECT, FROM, RECONCILE, TO};
 use std::ops::Range;
 
 /// Time within which a jump may happen; changes closer together are one event \[s\].
@@ -163,8 +164,8 @@ fn longest_without(link: &Link, jumps: &[&Jump]) -> Vec<Remedy> {
     let (from, to) = starts.zip(ends).reduce(longer).unwrap_or((0, last));
     // Without rounding dust.
     let time = |option, sample| Remedy { option, value: Some(format!("{}", (link.time(sample) * 1e3).round() / 1e3)) };
-    let from = (from > 0).then(|| time("from", from));
-    from.into_iter().chain((to < last).then(|| time("to", to))).collect()
+    let from = (from > 0).then(|| time(FROM, from));
+    from.into_iter().chain((to < last).then(|| time(TO, to))).collect()
 }
 
 /// Samples of a signal that are far from their neighbours and return at once: no car moves like that.
@@ -214,9 +215,9 @@ pub(super) fn spiky(signal: &Signal, link: &Link, spikes: &[Range<usize>]) -> Op
     let samples: usize = spikes.iter().map(Range::len).sum();
     let times: Vec<String> = spikes.iter().take(NAMED).map(|r| format!("{:.1}", link.time(r.start))).collect();
     let more = if spikes.len() > NAMED { ", ..." } else { "" };
-    let mut remedies = vec![Remedy::of("correct")];
+    let mut remedies = vec![Remedy::of(CORRECT)];
     if signal.name == "gap" {
-        remedies.push(Remedy { option: "reconcile", value: Some("speeds".to_owned()) });
+        remedies.push(Remedy { option: RECONCILE, value: Some("speeds".to_owned()) });
     }
     Some(Finding {
         when: spikes.iter().map(|r| [link.time(r.start), link.time(r.end - 1)]).collect(),
