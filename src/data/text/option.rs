@@ -14,7 +14,7 @@ macro_rules! options {
 
 options! {
     BASE BOUNDS COLUMNS CONVENTION CORRECT DATA EVALUATOR EXTEND FIX FOLDS FOLLOWER FROM GOF GPU GRADE HISTORY HOLDOUT JOINT
-    LEAD_LENGTH LEAD_START MAX_EVALUATIONS MAX_GAP MODEL OPTIMIZER OUT OWN PRECISION RECONCILE REPLICATES RESAMPLE SEED SEGMENT SMOOTH SUMO
+    LEAD_LENGTH LEAD_START MAX_EVALUATIONS MAX_GAP MODEL OPTIMIZER OUT OWN PARTIAL PRECISION RECONCILE REPLICATES RESAMPLE SEED SEGMENT SMOOTH SUMO
     TO TRAJECTORY VEHICLE
 }
 
@@ -53,4 +53,15 @@ pub fn flag(option: Opt) -> String {
 /// Words the options in all later messages of this process.
 pub fn word_options(wording: Wording) {
     *WORDING.write().unwrap_or_else(PoisonError::into_inner) = wording;
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn an_option_is_a_flag_in_messages_and_its_id_elsewhere() {
+        assert_eq!(format!("raise {MAX_GAP}"), "raise --max-gap");
+        assert_eq!(MAX_GAP.id(), "max_gap");
+    }
 }
