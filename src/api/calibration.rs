@@ -293,9 +293,9 @@ impl Calibration {
         let asked = Mutex::new(&mut *progress);
         let stop = || asked.lock().unwrap_or_else(PoisonError::into_inner)(last).is_break();
         let apart = self.apart(&prepared, &loaded, &stop)?;
-        let mut result = self.search(evaluator.as_mut(), &prepared, &loaded, &mut |told| {
-            last = told;
-            progress(told)
+        let mut result = self.search(evaluator.as_mut(), &prepared, &loaded, &mut |step| {
+            last = step;
+            progress(step)
         })?;
         result.drivers = apart;
         // The calibration is done, and must not be lost.
@@ -472,8 +472,8 @@ impl Calibration {
         if stopped {
             return None;
         }
-        let found = calibration.search(evaluator.as_mut(), &prepared, &others, &mut |told| {
-            let flow = progress(told);
+        let found = calibration.search(evaluator.as_mut(), &prepared, &others, &mut |step| {
+            let flow = progress(step);
             stopped |= flow.is_break();
             flow
         });
@@ -492,10 +492,10 @@ impl Calibration {
     ) -> anyhow::Result<ResultFile> {
         let Prepared { space, reference } = prepared;
         let (mut stopped, mut last) = (false, None);
-        let replicates = calibrate(evaluator, space, &self.search, &mut |told| {
-            let flow = progress(told);
+        let replicates = calibrate(evaluator, space, &self.search, &mut |step| {
+            let flow = progress(step);
             stopped |= flow.is_break();
-            last = Some(told);
+            last = Some(step);
             flow
         })?;
         let Some(winner) = best(&replicates).filter(|winner| winner.score.is_finite()) else {
@@ -505,7 +505,7 @@ impl Calibration {
             );
         };
         let mut stop = || {
-            stopped |= last.is_some_and(|told| progress(told).is_break());
+            stopped |= last.is_some_and(|step| progress(step).is_break());
             stopped
         };
         let asked = Mutex::new(&mut stop);

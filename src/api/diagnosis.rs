@@ -198,7 +198,7 @@ impl Loading {
         let (units, others): (Vec<_>, Vec<_>) =
             trajectory.findings().partition(|finding| is_unit(finding.kind) && finding.correction.is_none());
         let findings = others.into_iter().map(|finding| FindingEntry::new(trajectory, finding)).collect();
-        let units = units.first().map(|finding| finding.told());
+        let units = units.first().map(|finding| finding.message());
         let mut entry = DataEntry { units, ..DataEntry::of(trajectory, role) };
         entry.take(&soundness);
         Ok(Examined { picked, entry, findings })

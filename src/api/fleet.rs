@@ -168,14 +168,14 @@ impl Pairs {
             0 => String::new(),
             more => format!(" and {more} more (column `findings` of the table)"),
         };
-        let told = first
+        let shown = first
             .drive
             .as_ref()
             .ok()
             .and_then(|drive| drive.trajectory.faults_of(|kind| kind != FindingKind::Noisy).next())
             .unwrap_or_default();
         Some(format!(
-            "{} of {} pairs have implausible signals: {}{more}; the first: {told}",
+            "{} of {} pairs have implausible signals: {}{more}; the first: {shown}",
             doubtful.len(),
             self.pairs.len(),
             named.join(", ")

@@ -71,8 +71,8 @@ impl Calibration {
             let prepared = one.prepare(&kept)?;
             let mut evaluator = one.build(&prepared.reference)?;
             let mut stopped = false;
-            let found = one.search(evaluator.as_mut(), &prepared, &kept, &mut |told| {
-                let flow = progress(told);
+            let found = one.search(evaluator.as_mut(), &prepared, &kept, &mut |step| {
+                let flow = progress(step);
                 stopped |= flow.is_break();
                 flow
             });

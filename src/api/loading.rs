@@ -254,7 +254,7 @@ impl Reading {
         let (found, left_out) = self.pairs(input, None, vehicle)?;
         left_out.into_iter().for_each(&mut *warn);
         let cut = cut_off(found.iter().map(|one| one.pieces));
-        cut.into_iter().for_each(|told| warn(format!("{shown}: {told}")));
+        cut.into_iter().for_each(|text| warn(format!("{shown}: {text}")));
         usable(&shown, "pairs", found.into_iter().map(|one| (one.name, one.drive)).collect(), warn)
     }
 

@@ -56,7 +56,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     match errors.len() {
         0 => Ok(()),
         1 => Err(errors.remove(0)),
-        _ => Err(anyhow::anyhow!("{}", errors.iter().map(told).collect::<Vec<_>>().join("\n"))),
+        _ => Err(anyhow::anyhow!("{}", errors.iter().map(|error| format!("{error:#}")).collect::<Vec<_>>().join("\n"))),
     }
 }
 
@@ -81,9 +81,4 @@ fn one(file: &Path, args: &Args, map: Option<&ColumnMap>) -> anyhow::Result<Insp
         refuse!("--follower {id}: it has no car ahead in {}", file.display());
     }
     Ok(inspect(&recording))
-}
-
-/// One of several errors, with its causes.
-fn told(error: &anyhow::Error) -> String {
-    format!("{error:#}")
 }

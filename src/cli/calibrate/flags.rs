@@ -51,8 +51,8 @@ pub struct Args {
     /// long, so that all models are scored on the same samples
     #[arg(long, value_name = "S", conflicts_with = "all", value_parser = finite, allow_negative_numbers = true)]
     pub history: Option<f64>,
-    /// With --joint: parameters that each driver has of his own, near the middle of their distribution over the drivers; all others are common.
-    /// Drivers who are held back get the middle
+    /// With --joint: own values of the named parameters for each driver, near the middle of their distribution over the drivers; all others are
+    /// common. Drivers who are held back get the middle
     #[arg(long, value_name = "NAME,...", requires = "joint", conflicts_with = "all", value_delimiter = ',')]
     pub own: Vec<String>,
     /// With --joint: leave each driver out of one of this many further calibrations, of one replicate, whose parameters are scored on that

@@ -286,7 +286,7 @@ impl Trajectory {
     /// The same of some kinds.
     pub fn faults_of(&self, of: impl Fn(FindingKind) -> bool) -> impl Iterator<Item = String> {
         let counts = move |finding: &&Finding| of(finding.kind) && (finding.matters || finding.correction.is_some());
-        self.findings().filter(counts).map(Finding::told)
+        self.findings().filter(counts).map(Finding::message)
     }
 
     /// True if there is no sample (never in a prepared trajectory).

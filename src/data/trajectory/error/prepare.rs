@@ -27,7 +27,7 @@ pub enum PrepareError {
     NoLength { path: String, follower: usize },
     #[error(
         "{}\n{path}: follower {follower} cannot be used; followers that can: {}",
-        faults.told(path),
+        faults.listed(path),
         listed(available)
     )]
     Faulty { path: String, follower: usize, faults: Faults, available: Vec<String> },

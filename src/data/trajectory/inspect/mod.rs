@@ -320,8 +320,8 @@ fn warnings(
         } else {
             String::new()
         };
-        let told = link.findings.iter().filter(|finding| finding.matters).map(Finding::told);
-        warnings.extend(told.map(|text| format!("{who}{text}")));
+        let messages = link.findings.iter().filter(|finding| finding.matters).map(Finding::message);
+        warnings.extend(messages.map(|text| format!("{who}{text}")));
     }
     warnings.extend(followers.iter().filter_map(FollowerInspection::warning));
     warnings

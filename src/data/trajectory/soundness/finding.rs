@@ -178,7 +178,7 @@ impl Finding {
 
     /// The sentence with the effect of the fault on parameters, and with the remedy or the correction.
     #[must_use]
-    pub fn told(&self) -> String {
+    pub fn message(&self) -> String {
         let effect = if self.matters { format!("; {}", self.kind.effect()) } else { String::new() };
         match &self.correction {
             Some(correction) => format!("{}; {correction}", self.sentence),

@@ -24,8 +24,8 @@ pub(super) struct Dropouts {
 
 impl Dropouts {
     /// Omits samples that other findings cover.
-    pub fn leave_out(&mut self, told: &[Range<usize>]) {
-        let apart = |range: &Range<usize>| told.iter().all(|t| range.start > t.end || t.start > range.end);
+    pub fn leave_out(&mut self, reported: &[Range<usize>]) {
+        let apart = |range: &Range<usize>| reported.iter().all(|t| range.start > t.end || t.start > range.end);
         self.ranges.retain(apart);
         self.held.retain(apart);
     }
@@ -100,7 +100,7 @@ fn alternate(bends: &[f64]) -> bool {
 fn moved(link: &Link, run: &Range<usize>) -> f64 {
     let (mut sum, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
     for i in run.clone() {
-        let step = link.told(i, i + 1);
+        let step = link.change_by_speeds(i, i + 1);
         sum += if step.is_finite() { step } else { 0.0 };
         (low, high) = (low.min(sum), high.max(sum));
     }

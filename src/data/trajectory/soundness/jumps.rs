@@ -122,19 +122,19 @@ fn slow_events(steps: &[f64], seen: &[usize], width: usize) -> Vec<Range<usize>>
 pub(super) fn finding(link: &Link, jumps: &[Jump]) -> Option<Finding> {
     let matters = jumps.iter().any(Jump::matters);
     // Beside large ones, small ones do not matter.
-    let told: Vec<&Jump> = jumps.iter().filter(|jump| !matters || jump.matters()).collect();
-    let largest = told.iter().copied().max_by(|a, b| a.value().abs().total_cmp(&b.value().abs()))?;
-    let named: Vec<String> = told.iter().take(NAMED).map(|jump| shown(link, jump)).collect();
-    let more = match told.len().saturating_sub(NAMED) {
+    let reported: Vec<&Jump> = jumps.iter().filter(|jump| !matters || jump.matters()).collect();
+    let largest = reported.iter().copied().max_by(|a, b| a.value().abs().total_cmp(&b.value().abs()))?;
+    let named: Vec<String> = reported.iter().take(NAMED).map(|jump| shown(link, jump)).collect();
+    let more = match reported.len().saturating_sub(NAMED) {
         0 => String::new(),
         more => format!(", and {more} more times"),
     };
-    let what = if told[0].size < 0.0 { "a car that cut in" } else { "another car ahead" };
+    let what = if reported[0].size < 0.0 { "a car that cut in" } else { "another car ahead" };
     Some(Finding {
         interval: interval(largest.value(), largest.error),
-        when: told.iter().map(|jump| [link.time(jump.range.start), link.time(jump.range.end)]).collect(),
+        when: reported.iter().map(|jump| [link.time(jump.range.start), link.time(jump.range.end)]).collect(),
         matters,
-        remedies: longest_without(link, &told),
+        remedies: longest_without(link, &reported),
         sentence: format!(
             "{}: jumps {}{more}, which the two speeds do not show: {what}?",
             link.called,

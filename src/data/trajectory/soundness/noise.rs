@@ -81,7 +81,7 @@ fn level(d: &[f64], block: usize) -> Option<(f64, f64)> {
 
 /// True if there is as much noise as a sensor has, and the rate is high enough to distinguish it from driving.
 pub(super) fn noisy(signal: &Signal, link: &Link) -> bool {
-    told(link)
+    resolves_noise(link)
         && level(&third(signal, link), link.samples(BLOCK_S)).is_some_and(|(sigma, _)| sigma > signal.noise_floor)
 }
 
@@ -97,13 +97,13 @@ fn autocorrelation(d: &[f64]) -> Vec<f64> {
 }
 
 /// True if the rate is high enough to distinguish noise from driving.
-fn told(link: &Link) -> bool {
+fn resolves_noise(link: &Link) -> bool {
     link.dt * LIMITS.noise_rate <= 1.0
 }
 
 /// A signal that is smoother than that of a sensor.
 pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
-    if !told(link) {
+    if !resolves_noise(link) {
         return None;
     }
     let d = third(signal, link);
