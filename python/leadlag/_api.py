@@ -181,8 +181,8 @@ def calibrate(
     ``drive``: a :class:`Drive`; a pandas, Polars or Arrow table or a mapping of arrays, as :class:`Drive` takes them; a path; or several of these in a list.
     ``model``: a variant by name or id, or a :class:`Model` with extensions. ``history``: time at the start of each drive [s] in which the car is the
     measured one; simulation and score begin after it, and delays are at most as long. ``folds``: leave each driver out of one of this many further
-    calibrations; ``fit.to_dict()["held_back"]`` has the scores. ``own``: name of a parameter, or several, that each driver has of his own; the fit then has
-    those in the middle of their distribution, and ``fit.to_dict()["own"]`` the distribution and each driver's. ``progress``: whether a bar is shown.
+    calibrations; ``fit.to_dict()["held_back"]`` has the scores. ``own``: own values of the named parameter, or parameters, for each driver; the fit then
+    has the middle of their distribution, and ``fit.to_dict()["own"]`` the distribution and each driver's. ``progress``: whether a bar is shown.
 
     Options of reading are those of :func:`read`, such as ``columns`` for a table of other names and units. Settings, each a keyword:
 

@@ -2,7 +2,7 @@
 
 use crate::reading::{Follower, options, reading};
 use crate::watch::done;
-use crate::{UsageError, in_keywords, raised};
+use crate::{UsageError, raised};
 use numpy::PyArray1;
 use pyo3::exceptions::PyTypeError;
 use pyo3::prelude::*;
@@ -227,13 +227,13 @@ impl Drive {
     /// Changes to the data, one line each.
     #[getter]
     fn preparation(&self) -> Vec<String> {
-        self.inner.preparation().iter().map(|text| in_keywords(text)).collect()
+        self.inner.preparation()
     }
 
     /// Doubtful values of the data, one line each.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.inner.warnings().iter().map(|text| in_keywords(text)).collect()
+        self.inner.warnings().to_vec()
     }
 
     /// Columns `time_s`, `lead_speed_mps`, `speed_mps` and `spacing_m` as a pandas DataFrame, which `Drive` accepts.
@@ -331,6 +331,5 @@ pub fn warn(py: Python<'_>, texts: &[String]) -> PyResult<()> {
     if texts.is_empty() {
         return Ok(());
     }
-    let texts: Vec<String> = texts.iter().map(|text| in_keywords(text)).collect();
     py.import("leadlag._warnings")?.call_method1("tell", (texts,)).map(drop)
 }

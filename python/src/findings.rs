@@ -2,8 +2,8 @@
 
 use crate::drive::Drive;
 use crate::model::{Base, Extension, Pairs, plain, variant};
+use crate::raised;
 use crate::watch::{OnCtrlC, done, watched};
-use crate::{in_keywords, raised};
 use pyo3::prelude::*;
 use std::ops::ControlFlow;
 use std::path::PathBuf;
@@ -88,8 +88,8 @@ impl Findings {
 
     /// Why, in a sentence.
     #[getter]
-    fn reason(&self) -> String {
-        in_keywords(self.inner.reason())
+    fn reason(&self) -> &str {
+        self.inner.reason()
     }
 
     /// The causes that the likelihood adopts, in the order of adoption.

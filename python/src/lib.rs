@@ -11,6 +11,7 @@ mod study;
 mod threads;
 mod watch;
 
+use leadlag::internal::text::option::{Opt, flag, word_options};
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
@@ -21,67 +22,20 @@ create_exception!(leadlag, UsageError, Error, "An invalid request, whatever the 
 
 /// An error of the library as a Python exception with the same text.
 fn raised(error: leadlag::Error) -> PyErr {
-    let text = in_keywords(&error.to_string());
+    let text = error.to_string();
     if error.is_usage() { UsageError::new_err(text) } else { Error::new_err(text) }
 }
 
-/// Flags of the command line with another name in Python; the others differ only in the dashes.
-const RENAMED: [(&str, &str); 5] =
-    [("from", "start"), ("to", "end"), ("evaluator", "device"), ("extend", "Model(extend=...)"), ("gpu", "device")];
-
-/// Values of flags that messages name.
-const VALUES: [&str; 13] = [
-    "acc",
-    "auto",
-    "compensated",
-    "f64",
-    "gpu",
-    "human",
-    "lanes",
-    "level",
-    "nrmse-s",
-    "plain",
-    "reference",
-    "spacing",
-    "speeds",
-];
-
-/// A message of the command line in terms of Python: `--max-gap` becomes `max_gap`, and `--gof nrmse-s` becomes `gof="nrmse-s"`. A command
-/// in backticks stays unchanged.
-fn in_keywords(text: &str) -> String {
-    let mut told = String::with_capacity(text.len());
-    for (k, part) in text.split('`').enumerate() {
-        if k > 0 {
-            told.push('`');
-        }
-        if k % 2 == 1 {
-            told += part;
-            continue;
-        }
-        let mut pieces = part.split("--");
-        told += pieces.next().unwrap_or_default();
-        for piece in pieces {
-            let end = piece.find(|c: char| !(c.is_ascii_lowercase() || c == '-')).unwrap_or(piece.len());
-            let (name, rest) = piece.split_at(end);
-            let renamed = RENAMED.iter().find(|(flag, _)| *flag == name).map(|(_, keyword)| (*keyword).to_owned());
-            told += &renamed.unwrap_or_else(|| name.replace('-', "_"));
-            let word = rest.strip_prefix(' ').unwrap_or_default();
-            let end = word.find(|c: char| !(c.is_ascii_alphanumeric() || c == '-')).unwrap_or(word.len());
-            if VALUES.contains(&&word[..end]) {
-                told += &format!("=\"{}\"{}", &word[..end], &word[end..]);
-            } else {
-                told += rest;
-            }
-        }
+/// How messages name an option here: by its keyword.
+fn keyword(option: Opt) -> String {
+    let id = option.id();
+    match id.as_str() {
+        "from" => "start".to_owned(),
+        "to" => "end".to_owned(),
+        "evaluator" | "gpu" => "device".to_owned(),
+        "extend" => "Model(extend=...)".to_owned(),
+        _ => id,
     }
-    told
-}
-
-/// The same for Python.
-#[pyfunction]
-#[pyo3(name = "_in_keywords")]
-fn to_keywords(text: &str) -> String {
-    in_keywords(text)
 }
 
 /// Runs the command line with these words, the first of which is the name of the program; returns the exit code.
@@ -89,7 +43,10 @@ fn to_keywords(text: &str) -> String {
 fn run(py: Python<'_>, words: Vec<String>) -> u8 {
     // Its threads are those of this process.
     threads::POOL.is_elsewhere();
-    py.detach(|| leadlag::cli::run(words))
+    word_options(flag);
+    let code = py.detach(|| leadlag::cli::run(words));
+    word_options(keyword);
+    code
 }
 
 /// The page for the main file of a folder that `save` wrote.
@@ -100,6 +57,7 @@ fn page(py: Python<'_>, file: PathBuf) -> PyResult<String> {
 
 #[pymodule]
 fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
+    word_options(keyword);
     module.add_class::<drive::Drive>()?;
     module.add_class::<fit::Fit>()?;
     module.add_class::<fit::Simulation>()?;
@@ -107,7 +65,6 @@ fn _native(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<findings::Findings>()?;
     module.add_class::<model::Calibration>()?;
     module.add_function(wrap_pyfunction!(run, module)?)?;
-    module.add_function(wrap_pyfunction!(to_keywords, module)?)?;
     module.add_function(wrap_pyfunction!(page, module)?)?;
     module.add_function(wrap_pyfunction!(drive::read, module)?)?;
     module.add_function(wrap_pyfunction!(drive::again, module)?)?;

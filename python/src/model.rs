@@ -6,7 +6,7 @@ use crate::fit::Fit;
 use crate::reading::{options, reading};
 use crate::threads::GPU;
 use crate::watch::{OnCtrlC, Watch, done, watched};
-use crate::{UsageError, in_keywords, raised};
+use crate::{UsageError, raised};
 use numpy::PyArray1;
 use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
@@ -162,8 +162,7 @@ impl Calibration {
     /// What is doubtful about it on these drives.
     fn warnings(&self, drives: Vec<Py<Drive>>) -> PyResult<Vec<String>> {
         let drives: Vec<&leadlag::Drive> = drives.iter().map(|drive| &drive.get().inner).collect();
-        let said = self.inner.warnings(&drives).map_err(raised)?;
-        Ok(said.iter().map(|text| in_keywords(text)).collect())
+        self.inner.warnings(&drives).map_err(raised)
     }
 
     /// Calibrates one parameter set on these drives; the fit, and whether it was interrupted.
@@ -253,7 +252,7 @@ impl Pairs {
     /// Faults of files and signals, one line each.
     #[getter]
     fn warnings(&self) -> Vec<String> {
-        self.inner.warnings().iter().map(|text| in_keywords(text)).collect()
+        self.inner.warnings()
     }
 }
 

@@ -36,7 +36,8 @@ pub fn unknown(what: &str, name: &str, variant: &Variant, known: &[Symbol]) -> U
     Usage(format!("{what}: variant {variant} has the parameters {}{near}", known.join(", ")))
 }
 
-/// Source of the bounds and its reason, in words, for followers of these names and their driver, if known.
+/// Source of the bounds and its reason, in words, for followers of these names and their driver, if known. It names no option: results keep
+/// it, whatever front end made them.
 pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str, Option<&'a str>)>) -> String {
     let told = |given: &String| match given.parse::<BoundSet>() {
         Ok(set) => format!("{}: {}", set.into_str(), set.source()),
@@ -52,18 +53,18 @@ pub fn origin<'a>(given: &[String], followers: impl IntoIterator<Item = (&'a str
     let unknown = |(name, driver): &&(&str, Option<&str>)| driver.is_none() && Vehicle::called(name).is_none();
     match followers.iter().find(unknown) {
         None if followers.iter().any(|(_, driver)| driver.is_some_and(is_human)) => {
-            format!("{acc}, although the file says that a human drives; --bounds human is for human drivers")
+            format!("{acc}, although the file says that a human drives; the set human is for human drivers")
         }
         None if followers.iter().any(|(_, driver)| driver.is_some_and(is_controller)) => {
             format!("{acc}, because the file says who drives")
         }
         None if followers.iter().any(|(_, driver)| driver.is_some()) => {
             format!(
-                "{acc}, because the file names drivers, but not whether they are human; use --bounds human for human drivers"
+                "{acc}, because the file names drivers, but not whether they are human; the set human is for human drivers"
             )
         }
         None => format!("{acc}, because the follower is known as a car with adaptive cruise control"),
-        Some(_) => format!("{acc}, because the driver is unknown; use --bounds human for human drivers"),
+        Some(_) => format!("{acc}, because the driver is unknown; the set human is for human drivers"),
     }
 }
 

@@ -2,12 +2,12 @@
 
 use super::bounds::{checked_single, origin, read_bounds, unknown};
 use super::drive::Drive;
-use super::error::{Error, Usage, usage};
+use super::error::{Error, Usage, refuse, usage};
 use super::extension::extend;
 use super::fit::Fit;
 use super::folds;
+use super::loading::Loaded;
 use super::once::once;
-use super::reading::Loaded;
 use crate::calibrate::{
     self, Apart, BoundSet, OptimizerKind, Overrides, Progress as SearchProgress, SearchSpace, apart_until, best,
     bound_times, calibrate,
@@ -24,6 +24,7 @@ use crate::result::{ComparedEntry, ResultFile};
 use crate::score::GoodnessOfFit;
 use crate::select::{Selection, Work};
 use crate::symbols::Symbol;
+use crate::text::option::{FIX, HISTORY, JOINT, MAX_EVALUATIONS, OPTIMIZER, PRECISION, REPLICATES, SEED, VEHICLE};
 use crate::trajectory::Trajectory;
 use crate::vehicle::Vehicle;
 use crate::wgsl::read_extension;
@@ -292,9 +293,9 @@ impl Calibration {
         let asked = Mutex::new(&mut *progress);
         let stop = || asked.lock().unwrap_or_else(PoisonError::into_inner)(last).is_break();
         let apart = self.apart(&prepared, &loaded, &stop)?;
-        let mut result = self.search(evaluator.as_mut(), &prepared, &loaded, &mut |told| {
-            last = told;
-            progress(told)
+        let mut result = self.search(evaluator.as_mut(), &prepared, &loaded, &mut |step| {
+            last = step;
+            progress(step)
         })?;
         result.drivers = apart;
         // The calibration is done, and must not be lost.
@@ -339,10 +340,10 @@ impl Calibration {
         overrides.extend(single);
         for (k, (name, value)) in self.fixed.iter().enumerate() {
             if !known.iter().any(|symbol| symbol.name() == name) {
-                return Err(unknown(&format!("--fix {name}"), name, &self.model, &known).into());
+                return Err(unknown(&format!("{FIX} {name}"), name, &self.model, &known).into());
             }
             if let Some((_, before)) = self.fixed[..k].iter().find(|(other, _)| other == name) {
-                return Err(Usage(format!("--fix {name} is given twice, as {before} and as {value}")).into());
+                refuse!("{FIX} {name} is given twice, as {before} and as {value}");
             }
             overrides.insert(name.clone(), [*value, *value]);
             if let Some([lower, upper]) = meant.get(name)
@@ -350,11 +351,10 @@ impl Calibration {
             {
                 let source = if self.single.contains_key(name) { format!("bound {name}") } else { files.join(", ") };
                 let says = if lower == upper { format!("{lower}") } else { format!("[{lower}, {upper}]") };
-                let message = format!(
-                    "--fix {name}={value} contradicts {source}, which says {name} = {says}; fix it within its bounds, or \
+                refuse!(
+                    "{FIX} {name}={value} contradicts {source}, which says {name} = {says}; fix it within its bounds, or \
                      change one of the two"
                 );
-                return Err(Usage(message).into());
             }
         }
         Ok(overrides)
@@ -370,8 +370,7 @@ impl Calibration {
         {
             let name = |v: Option<&Vehicle>| v.map_or("unknown".to_owned(), |v| v.slug.clone());
             let (one, two) = (name(vehicle), name(other.vehicle()));
-            let message = format!("--joint: variant {model} needs one vehicle, found {one} and {two}; give --vehicle");
-            return Err(Usage(message).into());
+            refuse!("{JOINT}: variant {model} needs one vehicle, found {one} and {two}; give {VEHICLE}");
         }
         let mut overrides = self.overrides()?;
         let ends = |of: fn(&[f64]) -> Option<&f64>| loaded.iter().filter_map(move |l| of(&l.trajectory.t)).copied();
@@ -401,9 +400,9 @@ impl Calibration {
             let known = overrides.get(name).copied().or_else(|| Case::bounds(symbol, vehicle, self.convention));
             let Some([lower, upper]) = known else { continue };
             if lower > most {
-                return Err(Usage(format!(
-                    "--history {history}: {name} is at least {lower} s, and may be at most {most} s; give a longer history or other bounds"
-                )));
+                refuse!(
+                    "{HISTORY} {history}: {name} is at least {lower} s, and may be at most {most} s; give a longer history or other bounds"
+                );
             }
             overrides.insert(name.to_owned(), [lower, upper.min(most)]);
         }
@@ -415,13 +414,13 @@ impl Calibration {
         if let Some(seconds) = self.history_s
             && !(seconds.is_finite() && seconds >= 0.0)
         {
-            return Err(Usage(format!("--history {seconds}: expected a time in seconds, at least 0")).into());
+            refuse!("{HISTORY} {seconds}: expected a time in seconds, at least 0");
         }
         let (replicates, simulations) = (self.search.replicates, self.search.stop.max_evaluations);
         let (most, least) = (calibrate::REPLICATES_MAX, calibrate::EVALUATIONS_MIN);
         let message = match (replicates, simulations) {
-            (found, _) if !(1..=most).contains(&found) => format!("--replicates {found}: expected 1 to {most}"),
-            (_, found) if found < least => format!("--max-evaluations {found}: expected at least {least}"),
+            (found, _) if !(1..=most).contains(&found) => format!("{REPLICATES} {found}: expected 1 to {most}"),
+            (_, found) if found < least => format!("{MAX_EVALUATIONS} {found}: expected at least {least}"),
             _ => return Ok(()),
         };
         Err(Usage(message).into())
@@ -473,8 +472,8 @@ impl Calibration {
         if stopped {
             return None;
         }
-        let found = calibration.search(evaluator.as_mut(), &prepared, &others, &mut |told| {
-            let flow = progress(told);
+        let found = calibration.search(evaluator.as_mut(), &prepared, &others, &mut |step| {
+            let flow = progress(step);
             stopped |= flow.is_break();
             flow
         });
@@ -493,19 +492,20 @@ impl Calibration {
     ) -> anyhow::Result<ResultFile> {
         let Prepared { space, reference } = prepared;
         let (mut stopped, mut last) = (false, None);
-        let replicates = calibrate(evaluator, space, &self.search, &mut |told| {
-            let flow = progress(told);
+        let replicates = calibrate(evaluator, space, &self.search, &mut |step| {
+            let flow = progress(step);
             stopped |= flow.is_break();
-            last = Some(told);
+            last = Some(step);
             flow
         })?;
         let Some(winner) = best(&replicates).filter(|winner| winner.score.is_finite()) else {
-            let message = "no replicate found a candidate that passes in f64; those that pass in f32 lie on the edge \
-                           of a crash; try --optimizer auto, --precision compensated or another --seed";
-            return Err(anyhow::anyhow!(message));
+            anyhow::bail!(
+                "no replicate found a candidate that passes in f64; those that pass in f32 lie on the edge of a crash; try \
+                 {OPTIMIZER} auto, {PRECISION} compensated or another {SEED}"
+            );
         };
         let mut stop = || {
-            stopped |= last.is_some_and(|told| progress(told).is_break());
+            stopped |= last.is_some_and(|step| progress(step).is_break());
             stopped
         };
         let asked = Mutex::new(&mut stop);

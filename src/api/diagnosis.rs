@@ -2,10 +2,11 @@
 
 use super::bounds::{checked_single, read_bounds};
 use super::drive::Drive;
-use super::error::{Error, Usage};
+use super::error::{Error, Usage, refuse};
 use super::fleet::Pairs;
+use super::loading::{Loaded as Picked, start_assumed};
 use super::once::Samples;
-use super::reading::{Loaded as Picked, Reading, start_assumed};
+use super::reading::Reading;
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
 use crate::describe::{Diagnosis as Described, describe};
@@ -20,6 +21,7 @@ use crate::fleet::Drive as OfFleet;
 use crate::race::loss::SHORTEST_S;
 use crate::race::{NotFollowed, Policy, Request, Unit, race, rounds};
 use crate::result::diagnosis::{DataEntry, FindingEntry, Outcome};
+use crate::text::option::HOLDOUT;
 use crate::text::spelling::any_of;
 use crate::trajectory::{Recording, Trajectory};
 use crate::wgsl::{library, read_extension};
@@ -153,10 +155,7 @@ impl Loading {
             let samples = Samples::of(&picked.trajectory);
             if let Some(trained) = trained.iter().find(|other| other.overlap(&samples)) {
                 let held = &entry.path;
-                return Err(Usage(format!(
-                    "--holdout {held}: also given for training, as {trained}; remove one of them"
-                ))
-                .into());
+                refuse!("{HOLDOUT} {held}: also given for training, as {trained}; remove one of them");
             }
             samples.differ_from(&held)?;
             held.push(samples);
@@ -199,7 +198,7 @@ impl Loading {
         let (units, others): (Vec<_>, Vec<_>) =
             trajectory.findings().partition(|finding| is_unit(finding.kind) && finding.correction.is_none());
         let findings = others.into_iter().map(|finding| FindingEntry::new(trajectory, finding)).collect();
-        let units = units.first().map(|finding| finding.told());
+        let units = units.first().map(|finding| finding.message());
         let mut entry = DataEntry { units, ..DataEntry::of(trajectory, role) };
         entry.take(&soundness);
         Ok(Examined { picked, entry, findings })
@@ -359,7 +358,7 @@ impl Diagnosis {
     /// For an unknown effort.
     pub fn effort(mut self, name: &str) -> Result<Diagnosis, Error> {
         let message = || format!("effort `{name}`: expected {}", any_of(Effort::VARIANTS));
-        self.effort = name.parse().map_err(|_| anyhow::Error::from(Usage(message())))?;
+        self.effort = name.parse().map_err(|_| Usage(message()))?;
         Ok(self)
     }
 
@@ -377,7 +376,7 @@ impl Diagnosis {
     pub fn cause(mut self, name: &str, text: &str) -> Result<Diagnosis, Error> {
         let own = read_extension(name, text).map_err(anyhow::Error::from)?;
         if self.causes.iter().any(|known| known.name == own.name) {
-            return Err(anyhow::Error::from(Usage(format!("a cause {} exists already", own.name))).into());
+            refuse!("a cause {} exists already", own.name);
         }
         self.causes.push(own);
         Ok(self)

@@ -1,8 +1,9 @@
 //! Measured drives.
 
 use super::diagnosis::Source;
-use super::error::{Error, Usage};
-use super::reading::{Input, Loaded, Reading};
+use super::error::{Error, refuse};
+use super::loading::{Input, Loaded};
+use super::reading::Reading;
 use crate::catalog::Variant;
 use crate::synthetic::{self, Scenario};
 use crate::trajectory::{Recording as Read, Trajectory, is_nameless};
@@ -99,8 +100,7 @@ impl Recording {
         let number = self.reading.chosen(&mut read, follower)?;
         let ids = self.reading.ids(&read);
         if let [_, another, ..] = ids.as_slice() {
-            let message = format!("a drive has one trajectory, but {another} is requested, too");
-            return Err(anyhow::Error::from(Usage(message)).into());
+            refuse!("a drive has one trajectory, but {another} is requested, too");
         }
         let mut warnings = Vec::new();
         let id = ids.first().map(String::as_str);

@@ -51,6 +51,18 @@ impl std::error::Error for Error {}
 #[error("{0}")]
 pub(crate) struct Usage(pub(crate) String);
 
+/// Returns from a function with an invalid request in these words.
+macro_rules! refuse {
+    ($($text:tt)*) => { return Err($crate::api::error::Usage(format!($($text)*)).into()) };
+}
+pub(crate) use refuse;
+
+impl From<Usage> for Error {
+    fn from(usage: Usage) -> Error {
+        anyhow::Error::from(usage).into()
+    }
+}
+
 /// True for an invalid request.
 pub(crate) fn is_usage(error: &anyhow::Error) -> bool {
     let bounds = |e: &BoundsError| !matches!(e, BoundsError::Read { .. });
@@ -84,5 +96,5 @@ fn is_usage_of_study(error: &StudyError) -> bool {
 
 /// An invalid request.
 pub(crate) fn usage(error: impl std::error::Error) -> Error {
-    anyhow::Error::from(Usage(error.to_string())).into()
+    Usage(error.to_string()).into()
 }

@@ -1,8 +1,9 @@
 //! Extensions on the command line: names of built-in ones, or files.
 
-use super::error::Usage;
+use super::error::{Usage, refuse};
 use crate::catalog::Variant;
 use crate::extension::Extension;
+use crate::text::option::EXTEND;
 use crate::text::spelling::did_you_mean;
 use crate::wgsl::{extension_named, library, read_extension};
 use anyhow::Context;
@@ -12,13 +13,11 @@ use std::path::Path;
 pub fn extend(variant: Variant, extensions: &[String]) -> anyhow::Result<Variant> {
     extensions.iter().try_fold(variant, |variant, given| {
         if given.contains(',') && !Path::new(given).exists() {
-            let each: Vec<String> = given.split(',').map(|one| format!("--extend {}", one.trim())).collect();
-            let message =
-                format!("--extend {given}: expected one extension; give --extend several times: {}", each.join(" "));
-            return Err(Usage(message).into());
+            let each: Vec<String> = given.split(',').map(|one| format!("{EXTEND} {}", one.trim())).collect();
+            refuse!("{EXTEND} {given}: expected one extension; give {EXTEND} several times: {}", each.join(" "));
         }
         let extension = find(given)?;
-        variant.with(extension).map_err(|conflict| Usage(format!("--extend {given}: {conflict}")).into())
+        variant.with(extension).map_err(|conflict| Usage(format!("{EXTEND} {given}: {conflict}")).into())
     })
 }
 

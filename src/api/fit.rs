@@ -3,7 +3,7 @@
 use super::calibration::Calibration;
 use super::drive::Drive;
 use super::error::Error;
-use super::reading::Loaded;
+use super::loading::Loaded;
 #[cfg(feature = "cli")]
 use crate::evaluator::Case;
 use crate::reference::Trace;
@@ -51,8 +51,8 @@ impl Fit {
         Ok(Fit { result, variant, warnings: Vec::new() })
     }
 
-    pub(super) fn with_warning(mut self, told: Option<String>) -> Fit {
-        self.warnings.extend(told);
+    pub(super) fn with_warning(mut self, warning: Option<String>) -> Fit {
+        self.warnings.extend(warning);
         self
     }
 

@@ -2,14 +2,16 @@
 
 use super::calibration::Calibration;
 use super::drive::Drive;
-use super::error::{Error, Usage};
-use super::reading::{Input, Reading, cut_off};
+use super::error::{Error, Usage, refuse};
+use super::loading::{Input, cut_off};
+use super::reading::Reading;
 use crate::calibrate::{BoundsError, SearchSpace};
 use crate::catalog::Variant;
 use crate::fleet::{self, Held, Journal, Model, Pair, Settings};
 use crate::score::GoodnessOfFit;
 use crate::study::fingerprint;
 use crate::study::table::Table;
+use crate::text::option::{HOLDOUT, MODEL};
 use crate::trajectory::PrepareError;
 use crate::trajectory::import::is_companion;
 use crate::trajectory::soundness::FindingKind;
@@ -166,14 +168,14 @@ impl Pairs {
             0 => String::new(),
             more => format!(" and {more} more (column `findings` of the table)"),
         };
-        let told = first
+        let shown = first
             .drive
             .as_ref()
             .ok()
             .and_then(|drive| drive.trajectory.faults_of(|kind| kind != FindingKind::Noisy).next())
             .unwrap_or_default();
         Some(format!(
-            "{} of {} pairs have implausible signals: {}{more}; the first: {told}",
+            "{} of {} pairs have implausible signals: {}{more}; the first: {shown}",
             doubtful.len(),
             self.pairs.len(),
             named.join(", ")
@@ -266,7 +268,7 @@ impl HeldBack {
             [] => Ok(None),
             given if given.iter().any(|text| text.parse::<f64>().is_ok()) => {
                 let [text] = given else {
-                    return Err(Usage(format!("--holdout {}: expected one share, or files", given.join(" "))).into());
+                    refuse!("{HOLDOUT} {}: expected one share, or files", given.join(" "));
                 };
                 Ok(Some(HeldBack::Share(checked_share(text.parse()?)?)))
             }
@@ -274,10 +276,7 @@ impl HeldBack {
                 let held = files(given)?;
                 if let Some(twice) = held.iter().find(|path| calibrated.contains(path)) {
                     let shown = twice.display();
-                    return Err(Usage(format!(
-                        "--holdout {shown}: it is also used for calibration; give another file, or a share"
-                    ))
-                    .into());
+                    refuse!("{HOLDOUT} {shown}: it is also used for calibration; give another file, or a share");
                 }
                 Ok(Some(HeldBack::Files(held)))
             }
@@ -290,9 +289,7 @@ pub(crate) fn checked_share(share: f64) -> Result<f64, Usage> {
     if share > 0.0 && share < 1.0 {
         return Ok(share);
     }
-    Err(Usage(format!(
-        "--holdout {share}: expected a share above 0 and below 1, such as 0.3, or a file or folder of drives"
-    )))
+    refuse!("{HOLDOUT} {share}: expected a share above 0 and below 1, such as 0.3, or a file or folder of drives");
 }
 
 /// The files, with the tables of folders in the order of their names.
@@ -350,7 +347,7 @@ impl Fleet {
     /// When none is given, or one model twice.
     pub fn of_calibrations(calibrations: Vec<Calibration>) -> Result<Fleet, Error> {
         if calibrations.is_empty() {
-            return Err(anyhow::Error::from(Usage("no model is given".to_owned())).into());
+            refuse!("no model is given");
         }
         distinct(&calibrations).map_err(anyhow::Error::from)?;
         Ok(Fleet { calibrations })
@@ -401,12 +398,12 @@ fn distinct(calibrations: &[Calibration]) -> Result<(), Usage> {
     for (k, Calibration { model, .. }) in calibrations.iter().enumerate() {
         let others = || calibrations[..k].iter().map(|one| &one.model);
         if others().any(|other| other == model) {
-            return Err(Usage(format!("--model {model} is given twice")));
+            refuse!("{MODEL} {model} is given twice");
         }
         let Some(law) = model.law() else { continue };
         if others().filter_map(Variant::law).any(|other| other.name == law.name && other != law) {
             let name = &law.name;
-            return Err(Usage(format!("two laws have the name {name}; rename one of the files")));
+            refuse!("two laws have the name {name}; rename one of the files");
         }
     }
     Ok(())

@@ -1,11 +1,12 @@
 //! Cross-validation of one parameter set for many drives: each driver is left out of one calibration.
 
 use super::calibration::{Calibration, Prepared};
-use super::error::Usage;
-use super::reading::Loaded;
+use super::error::refuse;
+use super::loading::Loaded;
 use crate::calibrate::{self, Progress};
 use crate::result::assemble::scores_on;
 use crate::result::{DriveScore, Scores};
+use crate::text::option::FOLDS;
 use crate::trajectory::{Trajectory, driver_id};
 use indexmap::IndexSet;
 use std::ops::ControlFlow;
@@ -15,7 +16,7 @@ const LEAST: u64 = 2;
 
 /// Warning that a fold failed.
 pub(crate) fn lost(error: &anyhow::Error) -> String {
-    format!("--folds: {error:#}; the result has no scores of left-out drivers")
+    format!("{FOLDS}: {error:#}; the result has no scores of left-out drivers")
 }
 
 /// The driver of each drive, numbered in their order; without an id, each drive has another driver.
@@ -37,12 +38,12 @@ impl Calibration {
     pub(crate) fn fold_of(&self, loaded: &[Loaded]) -> anyhow::Result<Option<Vec<usize>>> {
         let Some(folds) = self.folds else { return Ok(None) };
         if folds < LEAST {
-            return Err(Usage(format!("--folds {folds}: expected at least {LEAST}")).into());
+            refuse!("{FOLDS} {folds}: expected at least {LEAST}");
         }
         let of = drivers_of(loaded);
         let found = of.iter().max().map_or(0, |last| last + 1);
         if (found as u64) < folds {
-            return Err(Usage(format!("--folds {folds}: expected at least {folds} drivers, found {found}")).into());
+            refuse!("{FOLDS} {folds}: expected at least {folds} drivers, found {found}");
         }
         Ok(Some(of.into_iter().map(|driver| driver % folds as usize).collect()))
     }
@@ -70,8 +71,8 @@ impl Calibration {
             let prepared = one.prepare(&kept)?;
             let mut evaluator = one.build(&prepared.reference)?;
             let mut stopped = false;
-            let found = one.search(evaluator.as_mut(), &prepared, &kept, &mut |told| {
-                let flow = progress(told);
+            let found = one.search(evaluator.as_mut(), &prepared, &kept, &mut |step| {
+                let flow = progress(step);
                 stopped |= flow.is_break();
                 flow
             });

@@ -1,6 +1,6 @@
 //! Scores as sums of squares: for your own least-squares solver.
 
-use super::error::{Error, Usage};
+use super::error::{Error, refuse};
 use super::population::Evaluator;
 use crate::calibrate::DIFFERENCE;
 use crate::evaluator::{Evaluator as _, Job, Population, Pull, Score};
@@ -143,10 +143,9 @@ impl Evaluator {
     fn exact(&self) -> anyhow::Result<&Lanes> {
         let (cases, gof) = (self.prepared.reference.cases(), self.prepared.reference.gof());
         if gof.accumulation() == Accumulation::Theil {
-            let message = format!(
+            refuse!(
                 "gof {gof} has no residuals whose squares add up to it; expected a measure other than u; with {gof} use scores"
             );
-            return Err(Usage(message).into());
         }
         if let Some(lanes) = self.exact.get() {
             return Ok(lanes);

@@ -11,6 +11,7 @@ mod fit;
 pub(crate) mod fleet;
 pub(crate) mod folds;
 mod least_squares;
+pub(crate) mod loading;
 pub(crate) mod model;
 pub(crate) mod once;
 mod own;

@@ -2,7 +2,7 @@
 
 use super::calibration::Calibration;
 use super::diagnosis::Diagnosis;
-use super::error::{Error, Usage, usage};
+use super::error::{Error, Usage, refuse, usage};
 use super::extension::extend;
 use crate::catalog;
 #[cfg(feature = "cli")]
@@ -190,10 +190,7 @@ impl Law {
     }
 }
 
-/// The option for an evaluator, and the option for one that can replace the reference.
-#[cfg(feature = "cli")]
-pub(crate) const BY_FLAGS: [&str; 2] = ["--evaluator reference", "--evaluator lanes --precision f64"];
-/// The same in the plan of a study.
+/// In the plan of a study, an evaluator, and one that can replace the reference.
 pub(crate) const BY_PLAN: [&str; 2] = ["evaluator = \"reference\"", "evaluator = \"lanes\" and precision = \"f64\""];
 
 /// Refuses the reference for a variant with a user's extension, of which it has no transcription.
@@ -204,5 +201,5 @@ pub(crate) fn transcribed(kind: Kind, variant: &catalog::Variant, [asked, instea
     let own = variant.extensions.list().iter().filter(|e| extension_named(&e.name).is_none());
     let files: Vec<&str> = own.map(|e| e.file.as_str()).collect();
     let (is, files) = (if files.len() == 1 { "is" } else { "are" }, files.join(", "));
-    Err(Usage(format!("`{asked}` knows the built-in causes only; {files} {is} your own: use `{instead}`")).into())
+    refuse!("`{asked}` knows the built-in causes only; {files} {is} your own: use `{instead}`");
 }

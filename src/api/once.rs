@@ -1,6 +1,6 @@
 //! Drives that are given twice: their samples would count twice, and the intervals would be too narrow.
 
-use super::error::Usage;
+use super::error::{Usage, refuse};
 use crate::study::fingerprint;
 use crate::trajectory::Trajectory;
 use std::fmt;
@@ -41,10 +41,10 @@ impl Samples {
         match before.iter().find(|other| self.overlap(other)) {
             None => Ok(()),
             Some(other) if other.to_string() == self.to_string() => {
-                Err(Usage(format!("{self} is given twice, and would count twice; give it once")))
+                refuse!("{self} is given twice, and would count twice; give it once");
             }
             Some(other) => {
-                Err(Usage(format!("{self} has samples of {other}, which would count twice; leave one of the two out")))
+                refuse!("{self} has samples of {other}, which would count twice; leave one of the two out");
             }
         }
     }

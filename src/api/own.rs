@@ -2,13 +2,14 @@
 
 use super::bounds::unknown;
 use super::calibration::{Calibration, Prepared};
-use super::error::Usage;
+use super::error::refuse;
 use super::folds::drivers_of;
-use super::reading::Loaded;
+use super::loading::Loaded;
 use crate::evaluator::Evaluator;
 use crate::pooling::{LEAST_DRIVERS, partly_pooled};
 use crate::result::assemble::OwnFit;
 use crate::score::Accumulation;
+use crate::text::option::OWN;
 
 impl Calibration {
     /// Gives each driver own values of these parameters; all others are common. Own values are drawn towards the middle of their distribution
@@ -29,9 +30,7 @@ impl Calibration {
         let count = drivers.iter().max().map_or(0, |last| last + 1);
         if !self.own.is_empty() && count < LEAST_DRIVERS {
             let names = self.own.join(",");
-            let message =
-                format!("--own {names}: a distribution needs at least {LEAST_DRIVERS} drivers, found {count}");
-            return Err(Usage(message).into());
+            refuse!("{OWN} {names}: a distribution needs at least {LEAST_DRIVERS} drivers, found {count}");
         }
         let of = |driver: usize| (0..drivers.len()).filter(|drive| drivers[*drive] == driver).collect();
         Ok((0..count).map(of).collect())
@@ -45,7 +44,7 @@ impl Calibration {
         let space = &prepared.space;
         let mut positions = Vec::new();
         for name in &self.own {
-            let flag = format!("--own {name}");
+            let flag = format!("{OWN} {name}");
             let Some(at) = space.symbols.iter().position(|symbol| symbol.name() == name) else {
                 return Err(unknown(&flag, name, &self.model, &space.symbols).into());
             };
@@ -57,14 +56,11 @@ impl Calibration {
                     continue;
                 }
             };
-            return Err(Usage(format!("{flag}: {name} {wrong}")).into());
+            refuse!("{flag}: {name} {wrong}");
         }
         if !positions.is_empty() && self.gof.accumulation() == Accumulation::Theil {
             let gof = self.gof;
-            return Err(Usage(format!(
-                "--own: {gof} is no norm of residuals; minimise another measure, such as nrmse-sva"
-            ))
-            .into());
+            refuse!("{OWN}: {gof} is no norm of residuals; minimise another measure, such as nrmse-sva");
         }
         Ok(positions)
     }

@@ -2,7 +2,7 @@
 
 use super::calibration::{Calibration, Prepared};
 use super::drive::Drive;
-use super::error::{Error, Usage};
+use super::error::{Error, Usage, refuse};
 use crate::evaluator::{Evaluator as Inner, Population, Score};
 use crate::lanes::Lanes;
 use crate::reference::Trace;
@@ -141,11 +141,7 @@ impl Evaluator {
         let width = self.free.len();
         if width == 0 || !candidates.len().is_multiple_of(width) {
             let names = self.parameters().join(", ");
-            let message = format!(
-                "candidates: expected {width} values each ({names}), found {} values altogether",
-                candidates.len()
-            );
-            return Err(anyhow::Error::from(Usage(message)).into());
+            refuse!("candidates: expected {width} values each ({names}), found {} values altogether", candidates.len());
         }
         let space = &self.prepared.space;
         let whole = |candidate: &[f64]| {

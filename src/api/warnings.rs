@@ -1,13 +1,15 @@
 //! Settings without effect and likely mistakes: one warning each, before the work.
 
 use super::bounds::{is_controller, is_human};
-use super::reading::{Reading, start_assumed};
+use super::loading::start_assumed;
+use super::reading::Reading;
 use crate::calibrate::Overrides;
 use crate::catalog::{Constraint, Controller, Dynamics, Variant};
 use crate::convention::Convention;
 use crate::evaluator::Case;
 use crate::simulate::{far_above, far_above_told};
 use crate::symbols::Symbol;
+use crate::text::option::{BOUNDS, CONVENTION, FIX, GRADE, LEAD_LENGTH, LEAD_START, VEHICLE};
 use crate::text::shown::NAMED;
 use crate::trajectory::{Note, Trajectory};
 use crate::wgsl::extension_named;
@@ -41,14 +43,14 @@ fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<Str
     let mut said = Vec::new();
     if reading.vehicle.is_some() && !model.needs_vehicle() {
         said.push(format!(
-            "--vehicle changes nothing: variant {model} has neither nonlinear dynamics nor the constraint mfc"
+            "{VEHICLE} changes nothing: variant {model} has neither nonlinear dynamics nor the constraint mfc"
         ));
     }
     // Even if only the position is read, the table gives the length of a lap.
     let lap = loaded.iter().any(|l| l.grade.as_ref().is_some_and(|grade| grade.period.is_some()));
     if reading.grade.is_some() && !model.needs_grade() && !(model.needs_position() && lap) {
         said.push(format!(
-            "--grade changes nothing: variant {model} has neither nonlinear dynamics nor an extension that reads it"
+            "{GRADE} changes nothing: variant {model} has neither nonlinear dynamics nor an extension that reads it"
         ));
     }
     if model.needs_position() {
@@ -57,10 +59,10 @@ fn unused(reading: &Reading, model: &Variant, loaded: &[&Trajectory]) -> Vec<Str
     // Then positions matter only through the gap derived from them.
     let reads_none = format!("variant {model} reads neither the grade nor the position on the road");
     if reading.lead_start_m.is_some() {
-        said.push(format!("--lead-start changes nothing: {reads_none}"));
+        said.push(format!("{LEAD_START} changes nothing: {reads_none}"));
     }
     if reading.lead_length_m.is_some() && loaded.iter().all(|one| one.notes.iter().all(|note| !takes_length(note))) {
-        said.push(format!("--lead-length changes nothing: the gap is measured, and {reads_none}"));
+        said.push(format!("{LEAD_LENGTH} changes nothing: the gap is measured, and {reads_none}"));
     }
     said
 }
@@ -76,7 +78,7 @@ fn idle_switches(model: &Variant, convention: Convention) -> Vec<String> {
     let shown = convention.to_string();
     let changed = shown.split(',').skip(1);
     let idle = changed.filter_map(|switch| Some((switch, lacks(switch.split('=').next()?, model)?)));
-    idle.map(|(switch, lack)| format!("--convention {switch} changes nothing: variant {model} has no {lack}")).collect()
+    idle.map(|(switch, lack)| format!("{CONVENTION} {switch} changes nothing: variant {model} has no {lack}")).collect()
 }
 
 /// The part that a switch of the convention affects, if the variant lacks it.
@@ -100,7 +102,7 @@ fn drivers(overrides: &Overrides, loaded: &[&Trajectory]) -> Vec<String> {
     if !human.is_empty() && overrides.is_empty() {
         let all = paths(&human);
         said.push(format!(
-            "{all}: the file names a human driver, but these bounds are for ACC cars; use --bounds human"
+            "{all}: the file names a human driver, but these bounds are for ACC cars; use {BOUNDS} human"
         ));
     }
     let machine = loaded.iter().find(|one| one.driver().is_some_and(is_controller));
@@ -134,7 +136,7 @@ fn level_road(model: &Variant, overrides: &Overrides, loaded: &[&Trajectory]) ->
         return None;
     }
     let paths = if level.len() == loaded.len() { String::new() } else { format!("{}: ", paths(&level)) };
-    Some(format!("{paths}the grade is 0 throughout: {}; give the slope with --grade FILE", idle.join("; ")))
+    Some(format!("{paths}the grade is 0 throughout: {}; give the slope with {GRADE} FILE", idle.join("; ")))
 }
 
 /// A car that never comes near its desired speed does not determine it, and Table 3 is for cars at 30 m/s and more; the model cannot follow one
@@ -147,10 +149,11 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     let bounds = given.or_else(|| Case::bounds(Symbol::v_0, None, convention));
     let Some([lower, upper]) = bounds else { return Vec::new() };
     let remedy = |which: &str| match given {
-        Some([lower, upper]) if lower == upper => format!("--fix or the file of --bounds sets v_0 to {upper} m/s"),
-        Some(_) => format!("in the file of --bounds, {which} changes that"),
-        None => "to change this, use --bounds human (human drivers) or --bounds FILE.toml with `v_0 = [LOWER, UPPER]`"
-            .to_owned(),
+        Some([lower, upper]) if lower == upper => format!("{FIX} or the file of {BOUNDS} sets v_0 to {upper} m/s"),
+        Some(_) => format!("in the file of {BOUNDS}, {which} changes that"),
+        None => format!(
+            "to change this, use {BOUNDS} human (human drivers) or {BOUNDS} FILE.toml with `v_0 = [LOWER, UPPER]`"
+        ),
     };
     let highest = |l: &Trajectory| l.v_f.iter().copied().fold(0.0, f64::max);
     let mut said = Vec::new();

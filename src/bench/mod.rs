@@ -20,10 +20,9 @@ mod text;
 
 pub use contender::Contender;
 pub use data::{Drive, candidates};
-pub use diagnosis::{Bar, DiagnosisOutcome, DiagnosisReport, DiagnosisTask, Judgement, Planted};
 pub use diagnosis::{
-    Gains, LARGEST_SEED, MOST_OF_IT, Power, PowerAt, SIZES, Silence, diagnose_task, diagnosis_tasks, infer_task, judge,
-    planted, run_diagnoses,
+    DiagnosisOutcome, DiagnosisReport, DiagnosisTask, Judgement, LARGEST_SEED, Planted, SIZES, diagnose_task,
+    diagnosis_tasks, infer_task, judge, planted, run_diagnoses,
 };
 pub use export::export;
 pub use generation::Generation;

@@ -1,7 +1,8 @@
 //! `leadlag check`: checks whether a file is a law or an extension, and shows its contents.
 
-use super::{Usage, output};
+use super::output;
 use crate::api::bounds::read_bounds;
+use crate::api::error::refuse;
 use crate::api::extension::find;
 use crate::calibrate::Overrides;
 use crate::catalog::{BASES, Variant};
@@ -43,8 +44,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let bases = fitting_bases(extension)?;
         let bounds = read_bounds(&args.bounds, &with(extension, bases[0])?)?;
         if args.plot && !extension.is_law() {
-            let message = format!("--plot shows laws, and {} is an extension of other laws", extension.name);
-            return Err(Usage(message).into());
+            refuse!("--plot shows laws, and {} is an extension of other laws", extension.name);
         }
         extension.warnings.iter().for_each(|text| eprintln!("warning: {text}"));
         entries.push(json!({

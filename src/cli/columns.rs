@@ -1,6 +1,7 @@
 //! `leadlag columns`: a built-in column map as text, to start your own from.
 
-use super::{Usage, output};
+use super::output;
+use crate::api::error::refuse;
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::ColumnMap;
 
@@ -16,7 +17,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let Some((_, text)) = shipped.iter().find(|(name, _)| name.eq_ignore_ascii_case(&args.name)) else {
         let names: Vec<&str> = shipped.iter().map(|(name, _)| *name).collect();
         let near = did_you_mean(&args.name, names.iter().copied());
-        return Err(Usage(format!("no column map {}; built in are {}{near}", args.name, names.join(", "))).into());
+        refuse!("no column map {}; built in are {}{near}", args.name, names.join(", "));
     };
     output::print(text)
 }

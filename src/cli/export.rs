@@ -4,6 +4,7 @@ use super::change::Change;
 use super::fleet_row;
 use super::folder::{finish, part, result_file};
 use super::{Usage, output};
+use crate::api::error::refuse;
 use crate::api::fleet::are_implausible;
 use crate::api::values::one_of;
 use crate::report::text::wrapped;
@@ -120,8 +121,7 @@ fn fleet(args: &SumoArgs, folder: &Path) -> anyhow::Result<()> {
         doubtful.iter().map(|(row, _)| format!("{} ({})", row.label, row.findings.replace(' ', ", "))).collect();
     let Some((first, _)) = sound.first() else {
         let why = if left_out.is_empty() { "no driver has a result".to_owned() } else { left_out.join(", ") };
-        let message = format!("{}: expected a driver with sound data, found none: {why}", folder.display());
-        return Err(Usage(message).into());
+        refuse!("{}: expected a driver with sound data, found none: {why}", folder.display());
     };
     let (model, source) = (first.model.clone(), folder.display().to_string());
     let mut types = Vec::new();

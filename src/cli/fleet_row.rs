@@ -1,9 +1,9 @@
 //! The parameters of one driver of a fleet, from its table.
 
-use super::Usage;
 use super::change::settle;
 use super::folder::{FLEET, read};
 use super::report::fleet::rows;
+use crate::api::error::refuse;
 use crate::catalog::Variant;
 use crate::evaluator::Case;
 use crate::extension::Extension;
@@ -67,7 +67,7 @@ pub fn of_driver(folder: &Path, driver: Option<&str>, drive: &Path) -> anyhow::R
             (Some(id), 0) => format!("found no driver {id}"),
             (Some(id), n) => format!("found {n} drives of driver {id}; calibrate with one of them alone"),
         };
-        return Err(Usage(format!("{shown}: expected one driver; {asked}; it has {listed}{near}")).into());
+        refuse!("{shown}: expected one driver; {asked}; it has {listed}{near}");
     };
     let variant = calibrated(folder, &file, row)?;
     Ok((file, variant))

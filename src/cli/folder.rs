@@ -3,6 +3,7 @@
 use super::Usage;
 use super::change::{Change, settle};
 use super::evaluator::printed_warnings;
+use crate::api::error::refuse;
 use crate::report::html::{MadeBy, RUN_VERSION};
 use crate::result::read_bounded;
 use anyhow::Context;
@@ -46,12 +47,11 @@ pub fn refuse(folder: &Path, other: &str, own: &str) -> anyhow::Result<()> {
         _ => "diagnosis",
     };
     let (shown, instead) = (folder.display(), folder.join(own));
-    Err(Usage(format!(
+    refuse!(
         "--out {shown}: the folder holds the {other} of a {kind}, and its files would mix with those of another result; expected \
          another folder, such as --out {}",
         instead.display()
-    ))
-    .into())
+    );
 }
 
 /// Refuses a folder in which a result would replace one of its own input files; `is_own` recognises the names of the result's files.
@@ -68,11 +68,11 @@ pub fn spare<'a>(
     });
     match replaced {
         None => Ok(()),
-        Some(input) => Err(Usage(format!(
+        Some(input) => refuse!(
             "--out {}: a file of the result would replace the input {}; expected another folder",
             folder.display(),
             input.display()
-        ))),
+        ),
     }
 }
 

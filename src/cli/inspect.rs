@@ -1,7 +1,9 @@
 //! `leadlag inspect`: what a measured file contains.
 
-use super::{Usage, output};
-use crate::api::reading::{column_map, columns_help};
+use super::output;
+use crate::api::error::refuse;
+use crate::api::loading::column_map;
+use crate::api::reading::columns_help;
 use crate::api::values::real;
 use crate::trajectory::import::{ColumnMap, read_mapped};
 use crate::trajectory::{Inspection, Layout, Preparation, PrepareError, import, inspect};
@@ -54,7 +56,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     match errors.len() {
         0 => Ok(()),
         1 => Err(errors.remove(0)),
-        _ => Err(anyhow::anyhow!("{}", errors.iter().map(told).collect::<Vec<_>>().join("\n"))),
+        _ => Err(anyhow::anyhow!("{}", errors.iter().map(|error| format!("{error:#}")).collect::<Vec<_>>().join("\n"))),
     }
 }
 
@@ -76,13 +78,7 @@ fn one(file: &Path, args: &Args, map: Option<&ColumnMap>) -> anyhow::Result<Insp
     if let Some(id) = &args.follower
         && !recording.keep_follower(id)
     {
-        let message = format!("--follower {id}: it has no car ahead in {}", file.display());
-        return Err(Usage(message).into());
+        refuse!("--follower {id}: it has no car ahead in {}", file.display());
     }
     Ok(inspect(&recording))
-}
-
-/// One of several errors, with its causes.
-fn told(error: &anyhow::Error) -> String {
-    format!("{error:#}")
 }

@@ -1,7 +1,8 @@
 //! `leadlag list`: variants, parameters, causes, vehicles, goodness-of-fit functions, conventions.
 
-use super::{Usage, output};
+use super::output;
 use crate::api::bounds::read_bounds;
+use crate::api::error::refuse;
 use crate::api::model::{known, model};
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;
@@ -65,7 +66,7 @@ type Entry = (Value, String);
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let narrowed = args.model.is_some() || args.vehicle.is_some() || !args.bounds.is_empty();
     if narrowed && !matches!(args.topic, Topic::Parameters) {
-        return Err(Usage("--model, --vehicle and --bounds need `leadlag list parameters`".to_owned()).into());
+        refuse!("--model, --vehicle and --bounds need `leadlag list parameters`");
     }
     let entries = match args.topic {
         Topic::Variants => Variant::all().map(|v| variant(&v)).collect(),

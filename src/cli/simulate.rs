@@ -3,8 +3,10 @@
 use super::change::Change;
 use super::evaluator::warn;
 use super::folder::result_file;
-use super::{Usage, fleet_row, folder, output};
-use crate::api::reading::{Input, Loaded, Reading, start_assumed};
+use super::{fleet_row, folder, output};
+use crate::api::error::refuse;
+use crate::api::loading::{Input, Loaded, start_assumed};
+use crate::api::reading::Reading;
 use crate::evaluator::{Case, Outcome};
 use crate::reference::Trace;
 use crate::report::text::wrapped;
@@ -95,7 +97,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         drivers.into_iter().map(|(path, driver)| read(args, path, driver)).collect::<anyhow::Result<Vec<_>>>()?;
     let runs: Vec<(Option<usize>, Option<&str>)> = match (args.platoon, ids.as_slice()) {
         (true, [_, _, ..]) => {
-            return Err(Usage("--platoon simulates one trajectory; expected one id in --trajectory".to_owned()).into());
+            refuse!("--platoon simulates one trajectory; expected one id in --trajectory");
         }
         (_, []) => followers.iter().map(|follower| (*follower, None)).collect(),
         (_, ids) => followers.iter().flat_map(|f| ids.iter().map(|id| (*f, Some(id.as_str())))).collect(),
@@ -106,8 +108,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             (true, 1) => format!("one, because {} has 1 follower", args.file.display()),
             (true, n) => format!("one for all, or one for each of the {n} followers of {}", args.file.display()),
         };
-        let message = format!("--result is given {} times; expected {one_each}", args.result.len());
-        return Err(Usage(message).into());
+        refuse!("--result is given {} times; expected {one_each}", args.result.len());
     }
     let mut done: Vec<Simulated> = Vec::new();
     for (i, run) in runs.into_iter().enumerate() {
@@ -150,11 +151,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
 fn read(args: &Args, given: &Path, driver: Option<&str>) -> anyhow::Result<Calibrated> {
     if let Some(folder) = fleet_row::folder_of(given) {
         if args.platoon {
-            let message = format!(
+            refuse!(
                 "--platoon: {} is a fleet; expected the result of one calibration, or one for each follower",
                 given.display()
             );
-            return Err(Usage(message).into());
         }
         let (file, variant) = fleet_row::of_driver(&folder, driver, &args.file)?;
         let (path, vehicle_from, treatment) = (folder.join(folder::FLEET), file.vehicle, file.treatment);
@@ -165,8 +165,7 @@ fn read(args: &Args, given: &Path, driver: Option<&str>) -> anyhow::Result<Calib
         let variant =
             outcome.recommended_model().with_context(|| format!("{}: cannot be simulated", path.display()))?;
         let Some(variant) = variant else {
-            let message = format!("--result {}: this diagnosis recommends no model", given.display());
-            return Err(Usage(message).into());
+            refuse!("--result {}: this diagnosis recommends no model", given.display());
         };
         return Ok(Calibrated { path, vehicle: None, vehicle_from: None, treatment: None, variant });
     }

@@ -2,7 +2,8 @@
 
 use super::change::Change;
 use super::folder::finish;
-use super::{Usage, output};
+use super::output;
+use crate::api::error::refuse;
 use crate::api::values::{real, seed, whole};
 use crate::synthetic::{
     Base, Effect, EffectError, EffectKind, Gusts, Noise, Profile, Scenario, Synthetic, at_amplitude, drawn,
@@ -178,7 +179,7 @@ fn scenario(args: &Args) -> anyhow::Result<Scenario> {
     follower.gusts = args.gusts;
     for effect in &args.effect {
         if follower.effects.iter().any(|known| known.kind() == effect.kind()) {
-            return Err(Usage(format!("--effect {} is given twice", effect.kind())).into());
+            refuse!("--effect {} is given twice", effect.kind());
         }
         follower.effects.push(effect.clone());
     }
@@ -197,12 +198,11 @@ fn recorded(file: &Path) -> anyhow::Result<Trajectory> {
     let given = file.to_string_lossy();
     if !file.exists() && file.extension().is_none() {
         let kinds = LEADERS.map(|(name, _)| name);
-        let message = format!(
+        refuse!(
             "--leader {given}: expected {} or a measured file, found no such file{}",
             kinds.join(", "),
             did_you_mean(&given, kinds)
         );
-        return Err(Usage(message).into());
     }
     let recording = import::read(file, None).with_context(|| format!("--leader {given}: cannot be read"))?;
     let pieces = prepare(&recording, 1, &Preparation::default())?;

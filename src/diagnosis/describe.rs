@@ -214,8 +214,7 @@ fn held_back(question: &Question<'_>, answer: &Answer, base: &[Free], extended: 
     };
     for (i, drive) in question.holdout.iter().enumerate().filter(|(_, drive)| !(is_seen && answer.has_seen(drive))) {
         let of_base = errors(&base[i]);
-        let recommended =
-            extended.filter(|_| !answer.recommended().is_empty()).and_then(|runs| errors(&runs[i]));
+        let recommended = extended.filter(|_| !answer.recommended().is_empty()).and_then(|runs| errors(&runs[i]));
         all.push(HeldBackEntry {
             label: drive.label().to_owned(),
             rms: of_base.map(|errors| errors.rms),

@@ -4,6 +4,7 @@
 
 use super::{Place, Row, SCHEMA_VERSION};
 use crate::text::bounded::Lines;
+use crate::text::option::OUT;
 use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};
 use std::io::{self, BufRead, BufReader, Write};
@@ -31,10 +32,10 @@ struct Head {
 pub enum JournalError {
     #[error("{path}: cannot {doing} the journal of the fleet: {source}")]
     Io { path: String, doing: &'static str, source: io::Error },
-    #[error("{0}: another run works on this fleet; wait for it, or give another --out")]
+    #[error("{0}: another run works on this fleet; wait for it, or give another {OUT}")]
     Busy(String),
     #[error(
-        "{0}: the folder holds a fleet of other data, settings or program; expected the same command to continue it, or another --out"
+        "{0}: the folder holds a fleet of other data, settings or program; expected the same command to continue it, or another {OUT}"
     )]
     Other(String),
     #[error("{path}:{line}: not a calibration of this fleet: {reason}; remove the line, and it is calibrated again")]

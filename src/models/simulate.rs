@@ -5,6 +5,7 @@ use crate::convention::Convention;
 use crate::evaluator::{Case, CaseError};
 use crate::reference::Trace;
 use crate::symbols::{Parameters, Symbol};
+use crate::text::option::{FROM, TO};
 use crate::trajectory::Trajectory;
 use crate::vehicle::Vehicle;
 use std::sync::Arc;
@@ -63,7 +64,7 @@ pub struct Ahead<'a> {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[error(
     "{behind} runs from {from} to {to} s with {samples} samples, the simulated part of {ahead}, the car ahead, from \
-     {ahead_from} to {ahead_to} s with {ahead_samples}: cut both to one gap-free window with --from and --to"
+     {ahead_from} to {ahead_to} s with {ahead_samples}: cut both to one gap-free window with {FROM} and {TO}"
 )]
 pub struct AxisError {
     behind: String,

@@ -9,7 +9,6 @@ pub mod figure;
 pub mod fleet;
 pub mod html;
 #[cfg(feature = "cli")]
-pub mod naming;
 mod own;
 pub mod panel;
 #[cfg(feature = "parquet")]

@@ -5,6 +5,7 @@ use crate::result::diagnosis::FindingEntry;
 use crate::result::{
     CorrelationEntry, DataEntry, DriveScore, IdentifiabilityEntry, ReplicateEntry, ResultFile, Scores,
 };
+use crate::text::option::{BOUNDS, CORRECT};
 use crate::trajectory::driver_id;
 use std::fmt::Write;
 use textwrap::{Options, WordSplitter};
@@ -196,11 +197,11 @@ fn changes(result: &ResultFile) -> Option<String> {
         changed.iter().map(one).collect::<Vec<_>>().join(", ")
     };
     if changed.is_empty() {
-        return Some("with and without --correct no parameter differs by more than 2 %".to_owned());
+        return Some(format!("with and without {CORRECT} no parameter differs by more than 2 %"));
     }
     let (found, other) = (listed(false), listed(true));
     Some(if compared.corrected {
-        format!("{found} because of this; --correct gives {other}")
+        format!("{found} because of this; {CORRECT} gives {other}")
     } else {
         format!("corrected: {found}; as measured: {other}")
     })
@@ -232,12 +233,12 @@ fn write_parameters(text: &mut String, result: &ResultFile) -> std::fmt::Result 
     if !result.at_bound.is_empty() {
         // Bounds of cars with adaptive cruise control, of Table 3 or as requested.
         let acc = result.bounds_from.as_ref().is_some_and(|from| from.starts_with("acc:") && !from.contains("human:"));
-        let human = if acc { "--bounds human is for a human driver, and " } else { "" };
+        let human = if acc { format!("{BOUNDS} human is for a human driver, and ") } else { String::new() };
         text.push_str(&wrapped(
             0,
             2,
             &format!(
-                "{AT_BOUND}: the data favour values beyond the bounds or do not determine the parameter; {human}--bounds FILE.toml widens them \
+                "{AT_BOUND}: the data favour values beyond the bounds or do not determine the parameter; {human}{BOUNDS} FILE.toml widens them \
                  (docs/FIRST_CALIBRATION.md, \"Bounds for your car\")"
             ),
         ));

@@ -3,6 +3,7 @@
 use super::PlanError;
 use crate::calibrate::{BoundsError, CalibrateError};
 use crate::evaluator::{CaseError, EvaluateError};
+use crate::text::option::OUT;
 use crate::trajectory::import::MapError;
 use crate::trajectory::{ImportError, PrepareError};
 use crate::vehicle::VehicleError;
@@ -45,7 +46,7 @@ pub enum StudyError {
     )]
     Content { path: String, line: usize, expected: &'static str },
     #[error(
-        "{0}: the folder holds another plan, which the study's copy of this one would replace; give another folder with --out, or rename that plan"
+        "{0}: the folder holds another plan, which the study's copy of this one would replace; give another folder with {OUT}, or rename that plan"
     )]
     ForeignPlan(String),
     #[error(

@@ -14,6 +14,7 @@ pub use file::{Export, ExportedDrive};
 pub use run::{Sumo, files, find};
 pub use vtype::{Distribution, Model, VehicleType, export};
 
+use crate::text::option::{SUMO, TO};
 use std::io;
 use std::path::PathBuf;
 
@@ -27,14 +28,14 @@ pub enum SumoError {
          and export that"
     )]
     NoCounterpart { base: &'static str, why: &'static str },
-    #[error("--to {asked}: {base} can be exported as {possible}")]
+    #[error("{TO} {asked}: {base} can be exported as {possible}")]
     WrongModel { asked: &'static str, base: &'static str, possible: &'static str },
     #[error("{path}: cannot read the simulated drive")]
     Read { path: PathBuf, source: csv::Error },
     #[error("{path}: expected the simulation.csv of `leadlag calibrate`, {problem}")]
     Drive { path: PathBuf, problem: String },
     #[error(
-        "no SUMO found: {tried}; install it (`pip install eclipse-sumo`), or give its place with --sumo or SUMO_HOME"
+        "no SUMO found: {tried}; install it (`pip install eclipse-sumo`), or give its place with {SUMO} or SUMO_HOME"
     )]
     NoSumo { tried: String },
     #[error("{program}: SUMO ended early: {said}")]

@@ -32,10 +32,10 @@ pub struct Sumo {
 ///
 /// # Errors
 /// [`SumoError::NoSumo`] with the places that were searched.
-pub fn find(told: Option<&Path>) -> Result<Sumo, SumoError> {
+pub fn find(given: Option<&Path>) -> Result<Sumo, SumoError> {
     let name = format!("sumo{}", std::env::consts::EXE_SUFFIX);
     let home = std::env::var_os("SUMO_HOME").map(|home| PathBuf::from(home).join("bin").join(&name));
-    let candidates: Vec<PathBuf> = match told {
+    let candidates: Vec<PathBuf> = match given {
         Some(path) if path.is_dir() => vec![path.join("bin").join(&name), path.join(&name)],
         Some(path) => vec![path.to_owned()],
         None => home.into_iter().chain([PathBuf::from(&name)]).collect(),

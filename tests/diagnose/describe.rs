@@ -265,8 +265,7 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
         serde_json::json!([{"name": name, "meaning": meaning, "family": name, "parameters": [], "evidence": 51.0,
             "threshold": 16.0, "threshold_kind": "analytic"}])
     };
-    let gain =
-        serde_json::json!({"measure": "nrmse_sva_10s", "base": 1.0, "extended": 0.93, "interval": [0.01, 0.13]});
+    let gain = serde_json::json!({"measure": "nrmse_sva_10s", "base": 1.0, "extended": 0.93, "interval": [0.01, 0.13]});
     let tested = serde_json::json!({"bins": 120, "parts": [4, 4], "policy": {}, "trials": []});
     let mut untested = tested.clone();
     untested["not_testable"] = "the drives have 32 bins".into();

@@ -205,62 +205,26 @@ fn what_is_less_likely_than_something_absorbed_is_not_named() {
 mod in_fifteen_minutes {
     use super::*;
 
-    fn sized_in_fifteen_minutes(base: &str, cause: &str, seed: u64) {
-        sized(&DiagnosisTask { duration_s: 900.0, ..task("one", base, &[cause], 0.0, seed) });
+    macro_rules! each_is_sized {
+        ($($test:ident: $base:literal, $cause:literal, $seed:literal;)*) => {$(
+            #[test]
+            #[ignore = "a minute"]
+            fn $test() {
+                sized(&DiagnosisTask { duration_s: 900.0, ..task("one", $base, &[$cause], 0.0, $seed) });
+            }
+        )*};
     }
 
-    #[test]
-    #[ignore = "a minute"]
-    fn aero_drag() {
-        sized_in_fifteen_minutes("idm", "aero_drag", 9121);
-    }
-
-    #[test]
-    #[ignore = "a minute"]
-    fn sensor_lowpass() {
-        sized_in_fifteen_minutes("l-cth", "sensor_lowpass", 9122);
-    }
-
-    #[test]
-    #[ignore = "a minute"]
-    fn integral_action() {
-        sized_in_fifteen_minutes("gipps", "integral_action", 9123);
-    }
-
-    #[test]
-    #[ignore = "a minute"]
-    fn power_cap() {
-        sized_in_fifteen_minutes("idm", "power_cap", 9124);
-    }
-
-    #[test]
-    #[ignore = "a minute"]
-    fn asym_lag() {
-        sized_in_fifteen_minutes("gipps", "asym_lag", 9126);
-    }
-
-    #[test]
-    #[ignore = "a minute"]
-    fn periodic() {
-        sized_in_fifteen_minutes("idm", "periodic", 9127);
-    }
-
-    #[test]
-    #[ignore = "a minute"]
-    fn decel_cap() {
-        sized_in_fifteen_minutes("gipps", "decel_cap", 9128);
-    }
-
-    #[test]
-    #[ignore = "a minute"]
-    fn quantised_accel() {
-        sized_in_fifteen_minutes("l-cth", "quantised_accel", 9125);
-    }
-
-    #[test]
-    #[ignore = "a minute"]
-    fn quantised_accel_on_gipps() {
-        sized_in_fifteen_minutes("gipps", "quantised_accel", 9129);
+    each_is_sized! {
+        aero_drag: "idm", "aero_drag", 9121;
+        sensor_lowpass: "l-cth", "sensor_lowpass", 9122;
+        integral_action: "gipps", "integral_action", 9123;
+        power_cap: "idm", "power_cap", 9124;
+        asym_lag: "gipps", "asym_lag", 9126;
+        periodic: "idm", "periodic", 9127;
+        decel_cap: "gipps", "decel_cap", 9128;
+        quantised_accel: "l-cth", "quantised_accel", 9125;
+        quantised_accel_on_gipps: "gipps", "quantised_accel", 9129;
     }
 }
 

@@ -563,7 +563,7 @@ fn a_problem_of_one_car_names_its_own_column() {
     assert!(said.starts_with("table.csv:1: columns d2 (m) and v2 (m/s) contradict each other"), "{said}");
     let map = ColumnMap::parse(map, "map.toml").unwrap();
     let recording = read_mapped_from(table(-7.0, 1.0).as_bytes(), "table.csv", &map).unwrap();
-    let said = recording.platoons[0].cars[2].faults.told("table.csv");
+    let said = recording.platoons[0].cars[2].faults.listed("table.csv");
     assert!(said.contains("table.csv:102: column v3 (m/s): expected at least -0.5 m/s forwards, found -7"), "{said}");
 }
 

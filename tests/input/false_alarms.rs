@@ -43,7 +43,7 @@ fn alarms(recording: &Recording, followers: usize) -> Vec<(String, FindingKind, 
     (1..=followers)
         .flat_map(|follower| {
             let found = check(recording, 0, follower).expect("the follower is there").findings;
-            found.into_iter().map(move |f| (format!("{path} follower {follower}"), f.kind, f.told()))
+            found.into_iter().map(move |f| (format!("{path} follower {follower}"), f.kind, f.message()))
         })
         .collect()
 }
@@ -92,8 +92,8 @@ fn sound_measured_drives_raise_no_alarm_that_matters() {
         for follower in 1..cars {
             let Ok(soundness) = check(&recording, 0, follower) else { continue };
             checked += 1;
-            let told: Vec<String> = soundness.findings.iter().filter(|f| f.matters).map(|f| f.told()).collect();
-            assert!(told.is_empty(), "{} follower {follower}: {told:#?}", file.display());
+            let messages: Vec<String> = soundness.findings.iter().filter(|f| f.matters).map(|f| f.message()).collect();
+            assert!(messages.is_empty(), "{} follower {follower}: {messages:#?}", file.display());
         }
     }
     assert!(checked > 50, "{checked} drives");

@@ -169,39 +169,20 @@ fn attack(read: impl Fn(&mut Vandal) -> bool + Sync) {
     assert!(taken > 0 && taken < count, "{taken} of {count} files are taken");
 }
 
-/// Files of a layout, read as this layout, or by their header.
-fn layout(of: &[&[u8]], layout: Option<&str>) {
-    attack(|vandal| all_steps::run(&vandal.broken(of), layout));
-}
-
+/// Read by their header, and as each layout.
 #[test]
-fn broken_files_of_any_layout() {
-    layout(ALL, None);
-}
-
-#[test]
-fn broken_openacc_files() {
-    layout(&[OPENACC, REBUILT], Some("openacc"));
-}
-
-#[test]
-fn broken_rebuilt_files() {
-    layout(&[REBUILT], Some("astazero-rebuilt"));
-}
-
-#[test]
-fn broken_processed_files() {
-    layout(&[PROCESSED], Some("astazero-processed"));
-}
-
-#[test]
-fn broken_ultra_av_files() {
-    layout(&[ULTRA_AV], Some("ultra-av"));
-}
-
-#[test]
-fn broken_pair_files() {
-    layout(&[PAIR], Some("pair"));
+fn broken_files_of_any_layout_and_of_each() {
+    let layouts: [(&[&[u8]], Option<&str>); 6] = [
+        (ALL, None),
+        (&[OPENACC, REBUILT], Some("openacc")),
+        (&[REBUILT], Some("astazero-rebuilt")),
+        (&[PROCESSED], Some("astazero-processed")),
+        (&[ULTRA_AV], Some("ultra-av")),
+        (&[PAIR], Some("pair")),
+    ];
+    for (files, layout) in layouts {
+        attack(|vandal| all_steps::run(&vandal.broken(files), layout));
+    }
 }
 
 #[test]

@@ -63,7 +63,7 @@ fn a_type_has_the_parameters_and_says_what_it_has_not() {
     assert!(xml.contains("<!-- not exported: the perception delay, tau_p = 0.3000 s -->"), "{xml}");
     let page = report(&folder);
     assert!(page.contains("<p>Not exported: the perception delay, tau_p = 0.3000 s.</p>"));
-    assert!(page.contains("It was not run (--no-run)."));
+    assert!(page.contains("It was not run."));
     // Calibrated again into the same folder: the export belongs to another result.
     let result = folder.join("result.json");
     let changed = fs::read_to_string(&result).expect("it was written") + "\n";
@@ -174,7 +174,7 @@ fn an_export_leaves_no_file_of_an_earlier_one() {
     fs::create_dir(sumo.join(".leadlag-ready")).expect("writable");
     fs::rename(sumo.join("loss.json"), sumo.join(".leadlag-ready/loss.json")).expect("writable");
     fs::write(sumo.join(".leadlag-ready/.list"), "+ vtype.add.xml\n+ loss.json\n").expect("writable");
-    assert!(report(&folder).contains("It was not run (--no-run)."));
+    assert!(report(&folder).contains("It was not run."));
     assert_eq!(names(&sumo), ["loss.json", "own.txt", "run.json", "vtype.add.xml"]);
 }
 

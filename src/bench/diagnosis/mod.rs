@@ -11,7 +11,7 @@ mod text;
 
 pub use judge::{DiagnosisOutcome, Judgement, diagnose_task, infer_task, judge};
 pub use plan::{DiagnosisTask, LARGEST_SEED, SIZES, diagnosis_tasks};
-pub use report::{Bar, DiagnosisReport, Gains, MOST_OF_IT, Power, PowerAt, Silence};
+pub use report::DiagnosisReport;
 pub use synthetic::{Planted, planted};
 
 use super::BenchError;

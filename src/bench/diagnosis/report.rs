@@ -1,5 +1,6 @@
 //! Summary of the finished cases.
 
+use super::super::Machine;
 use super::super::journal::Journal;
 use super::judge::{DiagnosisOutcome, Judgement, judge};
 use super::plan::{BASES, DiagnosisTask, MEDIUM};
@@ -44,14 +45,15 @@ pub struct Bar {
     pub most: bool,
     /// 95 % interval of the share (Wilson, J. Am. Stat. Assoc. 22, 1927, 209-212).
     pub interval: [f64; 2],
+    /// True if the share meets the target; `None` without a case.
+    pub met: Option<bool>,
 }
 
 impl Bar {
-    /// True if the share meets the target; `None` without a case.
-    #[must_use]
-    pub fn met(&self) -> Option<bool> {
-        let share = self.count as f64 / self.cases as f64;
-        (self.cases > 0).then_some(if self.most { share <= self.target } else { share >= self.target })
+    fn new(what: String, cases: usize, count: usize, target: f64, most: bool) -> Bar {
+        let share = count as f64 / cases as f64;
+        let met = (cases > 0).then_some(if most { share <= target } else { share >= target });
+        Bar { what, cases, count, target, most, interval: interval(cases, count), met }
     }
 }
 
@@ -107,7 +109,7 @@ pub struct Silence {
 pub const MOST_OF_IT: f64 = 0.8;
 
 /// Gains of extended models on the hold-out, as shares of the gains of the truth.
-#[derive(Debug, Clone, Copy, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Gains {
     /// Median share.
     pub median: f64,
@@ -138,8 +140,19 @@ pub struct DiagnosisReport {
     pub silence: Vec<Silence>,
     /// Medians over the cases: CPU time \[s\], simulated candidates.
     pub cost: [f64; 2],
+    /// Cases that could not be made.
+    pub failed: usize,
+    /// Number of cases with one or two effects named right in which all estimated parameters are within 10 % or three standard errors of
+    /// the planted ones; and the number of all such cases.
+    pub close_estimates: [usize; 2],
+    /// Gains of extended models; `None` if there is nothing to compare.
+    pub gains: Option<Gains>,
+    /// The machine that wrote the summary.
+    pub machine: String,
     /// All finished cases.
     pub outcomes: Vec<DiagnosisOutcome>,
+    /// How each of them counts, and whether the data show its effects.
+    pub judged: Vec<(Judgement, bool)>,
 }
 
 impl DiagnosisReport {
@@ -175,7 +188,7 @@ impl DiagnosisReport {
         let cost = [median(&|o| o.cpu_s), median(&|o| o.simulations as f64)];
         let bars = bars(&outcomes);
         let [powers, powers_by_effect] = powers(&outcomes);
-        let silence = silence(&outcomes);
+        let judged: Vec<(Judgement, bool)> = outcomes.iter().map(|o| (judge(o), o.is_shown())).collect();
         DiagnosisReport {
             schema_version: 1,
             planned,
@@ -184,35 +197,31 @@ impl DiagnosisReport {
             names,
             powers,
             powers_by_effect,
-            silence,
+            silence: silence(&outcomes),
             cost,
+            failed: judged.iter().filter(|(judged, _)| *judged == Judgement::Failed).count(),
+            close_estimates: close_estimates(&outcomes),
+            gains: gains(&outcomes),
+            machine: Machine::here().to_string(),
             outcomes,
+            judged,
         }
     }
+}
 
-    /// Cases that could not be made.
-    #[must_use]
-    pub fn failed(&self) -> usize {
-        self.outcomes.iter().filter(|outcome| judge(outcome) == Judgement::Failed).count()
-    }
+/// See [`DiagnosisReport::gains`].
+fn gains(outcomes: &[DiagnosisOutcome]) -> Option<Gains> {
+    let shares: Vec<f64> = outcomes.iter().filter_map(DiagnosisOutcome::share_of_gain).collect();
+    let median = upper_median(shares.iter().copied())?;
+    let most = shares.iter().filter(|share| **share >= MOST_OF_IT).count();
+    Some(Gains { median, most, cases: shares.len() })
+}
 
-    /// Gains of extended models; `None` if there is nothing to compare.
-    #[must_use]
-    pub fn gains(&self) -> Option<Gains> {
-        let shares: Vec<f64> = self.outcomes.iter().filter_map(DiagnosisOutcome::share_of_gain).collect();
-        let median = upper_median(shares.iter().copied())?;
-        let most = shares.iter().filter(|share| **share >= MOST_OF_IT).count();
-        Some(Gains { median, most, cases: shares.len() })
-    }
-
-    /// Number of cases with one or two effects named right in which all estimated parameters are within 10 % or three standard errors of
-    /// the planted ones; and the number of all such cases.
-    #[must_use]
-    pub fn close_estimates(&self) -> [usize; 2] {
-        let right = self.outcomes.iter().filter(|o| judge(o) == Judgement::Right && !o.estimates.is_empty());
-        let close: Vec<bool> = right.filter_map(DiagnosisOutcome::is_close).collect();
-        [close.iter().filter(|close| **close).count(), close.len()]
-    }
+/// See [`DiagnosisReport::close_estimates`].
+fn close_estimates(outcomes: &[DiagnosisOutcome]) -> [usize; 2] {
+    let right = outcomes.iter().filter(|o| judge(o) == Judgement::Right && !o.estimates.is_empty());
+    let close: Vec<bool> = right.filter_map(DiagnosisOutcome::is_close).collect();
+    [close.iter().filter(|close| **close).count(), close.len()]
 }
 
 /// Power of each base and of all, and of each effect.
@@ -272,7 +281,7 @@ fn bars(outcomes: &[DiagnosisOutcome]) -> Vec<Bar> {
         let made = outcomes.iter().filter(|o| of(o)).map(judge).filter(|judged| *judged != Judgement::Failed);
         let judged: Vec<Judgement> = made.collect();
         let count = judged.iter().filter(|judged| is.contains(judged)).count();
-        Bar { what, cases: judged.len(), count, target, most, interval: interval(judged.len(), count) }
+        Bar::new(what, judged.len(), count, target, most)
     };
     let one = |o: &DiagnosisOutcome| o.task.kind == "one";
     let medium = |o: &DiagnosisOutcome| one(o) && o.task.rms_mps == MEDIUM;
@@ -296,7 +305,7 @@ fn bars(outcomes: &[DiagnosisOutcome]) -> Vec<Bar> {
                    most: bool| {
         let known: Vec<bool> = outcomes.iter().filter(|o| of(o) && o.recommended.is_some()).map(is).collect();
         let count = known.iter().filter(|is| **is).count();
-        Bar { what: what.to_owned(), cases: known.len(), count, target, most, interval: interval(known.len(), count) }
+        Bar::new(what.to_owned(), known.len(), count, target, most)
     };
     let any = |o: &DiagnosisOutcome| o.recommended.as_ref().is_some_and(|names| !names.is_empty());
     bars.push(counted("recommended, no effect", &has_no_effect, &any, 0.025, true));
@@ -368,7 +377,7 @@ mod tests {
         let bars = bars(&outcomes);
         let of = |what: &str| {
             let bar = bars.iter().find(|bar| bar.what.starts_with(what)).expect("a target");
-            (bar.count, bar.cases, bar.met())
+            (bar.count, bar.cases, bar.met)
         };
         assert_eq!(of("idm: right name first, medium, shown"), (2, 3, Some(false)));
         assert_eq!(of("idm: right name first, medium, all"), (3, 5, Some(false)));

@@ -21,7 +21,7 @@ impl DiagnosisReport {
         text += "\nshare with its 95 % interval, and target; shown: the truth, fitted from its\n";
         text += "values, gains more than the threshold, each of two effects beside the other\n";
         for bar in &self.bars {
-            let met = match bar.met() {
+            let met = match bar.met {
                 None => "no case",
                 Some(true) => "met",
                 Some(false) => "missed",
@@ -46,12 +46,12 @@ impl DiagnosisReport {
         for Silence { of, cases, median, one_in_twenty, highest } in &self.silence {
             let _ = writeln!(text, "{of:24}{cases:>7}{median:>8.2}{one_in_twenty:>11.2}{highest:>9.2}");
         }
-        let [close, estimated] = self.close_estimates();
+        let [close, estimated] = self.close_estimates;
         let _ = writeln!(
             text,
             "\nof effects named right, all parameters within 10 % or 3 standard errors\nof the planted ones: {close} of {estimated}"
         );
-        if let Some(Gains { median, most, cases }) = self.gains() {
+        if let Some(Gains { median, most, cases }) = self.gains {
             let _ = writeln!(
                 text,
                 "\nshare of the gain of the truth on the hold-out that extended models reach (NRMSE(s,v,a)):\nmedian {:.0} %, at least {:.0} % in {most} of {cases}",
@@ -69,7 +69,7 @@ impl DiagnosisReport {
             "\n{} of {} cases, {} of them could not be generated\nmedian {:.0} s of CPU and {:.0} simulated candidates each",
             self.outcomes.len(),
             self.planned,
-            self.failed(),
+            self.failed,
             self.cost[0],
             self.cost[1]
         );

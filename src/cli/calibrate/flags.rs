@@ -1,8 +1,8 @@
 //! The flags of `leadlag calibrate`.
 
-use super::super::Usage;
 use super::super::evaluator::{EvaluatorArgs, warn};
 use crate::api::Calibration;
+use crate::api::error::refuse;
 use crate::api::extension::extend;
 use crate::api::model::{known, model};
 use crate::api::reading::Reading;
@@ -51,8 +51,8 @@ pub struct Args {
     /// long, so that all models are scored on the same samples
     #[arg(long, value_name = "S", conflicts_with = "all", value_parser = finite, allow_negative_numbers = true)]
     pub history: Option<f64>,
-    /// With --joint: parameters that each driver has of his own, near the middle of their distribution over the drivers; all others are common.
-    /// Drivers who are held back get the middle
+    /// With --joint: own values of the named parameters for each driver, near the middle of their distribution over the drivers; all others are
+    /// common. Drivers who are held back get the middle
     #[arg(long, value_name = "NAME,...", requires = "joint", conflicts_with = "all", value_delimiter = ',')]
     pub own: Vec<String>,
     /// With --joint: leave each driver out of one of this many further calibrations, of one replicate, whose parameters are scored on that
@@ -154,7 +154,7 @@ impl Args {
         if let [_, another, ..] = self.models.as_slice()
             && !self.all
         {
-            return Err(Usage(format!("--model {another}: one model is calibrated at a time, unless --all")).into());
+            refuse!("--model {another}: one model is calibrated at a time, unless --all");
         }
         self.models.iter().map(|asked| extend(model(asked)?, &self.extend)).collect()
     }
@@ -163,7 +163,7 @@ impl Args {
     pub fn gof(&self) -> anyhow::Result<GoodnessOfFit> {
         match self.gofs.as_slice() {
             [gof] => Ok(*gof),
-            all => Err(Usage(format!("--gof {}: one measure is minimised at a time, unless --all", all[1])).into()),
+            all => refuse!("--gof {}: one measure is minimised at a time, unless --all", all[1]),
         }
     }
 
@@ -195,14 +195,14 @@ impl Args {
         let max_evaluations = search.max_evaluations.unwrap_or(Stop::default().max_evaluations);
         if let Some(size) = search.population {
             if !matches!(search.optimizer, OptimizerKind::Ga | OptimizerKind::Lshade) {
-                let message = "--population: auto and cmaes choose the size of a generation themselves; add --optimizer ga or lshade";
-                return Err(Usage(message.to_owned()).into());
+                refuse!(
+                    "--population: auto and cmaes choose the size of a generation themselves; add --optimizer ga or lshade"
+                );
             }
             if size > max_evaluations {
-                let message = format!(
+                refuse!(
                     "--population {size}: a generation has more candidates than --max-evaluations {max_evaluations} allows; raise that"
                 );
-                return Err(Usage(message).into());
             }
         }
         Ok(calibrate::Calibration {

@@ -6,9 +6,10 @@ use super::super::{folder, interrupt, output, progress};
 use super::{Args, folders, write as write_one};
 use crate::api::Calibration;
 use crate::api::bounds::origin;
-use crate::api::error::Usage;
+use crate::api::error::refuse;
 use crate::api::fleet::{HeldBack, Pairs, files, settings};
-use crate::api::reading::{Loaded, Reading};
+use crate::api::loading::Loaded;
+use crate::api::reading::Reading;
 use crate::api::warnings;
 use crate::catalog::Variant;
 use crate::evaluator::Evaluator;
@@ -97,12 +98,11 @@ fn read(args: &Args, settings: &Settings, files: &[PathBuf]) -> anyhow::Result<(
             let (usable, without) = (pairs.pairs.iter().filter(|pair| pair.drive.is_ok()).count(), pairs.hold(held));
             if usable > 0 && without == usable {
                 let ids: Vec<&str> = pairs.pairs.iter().filter_map(driver).take(NAMED).collect();
-                let message = format!(
+                refuse!(
                     "--holdout: {told} belong to none of the calibrated drivers, {}; drivers are matched by the name of the car, or \
                      else the id of the trajectory",
                     if ids.is_empty() { "nameless".to_owned() } else { ids.join(", ") }
                 );
-                return Err(Usage(message).into());
             }
             if without > 0 {
                 warn(&format!(

@@ -13,9 +13,10 @@ use crate::api::calibration::{Calibration, Prepared};
 use crate::api::error::Usage;
 use crate::api::fleet::{HeldBack, files};
 use crate::api::folds;
-use crate::api::model::{BY_FLAGS, transcribed};
+use crate::api::loading::{Input, Loaded};
+use crate::api::model::transcribed;
 use crate::api::once::once;
-use crate::api::reading::{Input, Loaded, Reading};
+use crate::api::reading::Reading;
 use crate::api::warnings;
 use crate::catalog::Variant;
 use crate::evaluator::Evaluator;
@@ -31,7 +32,8 @@ use std::time::Instant;
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     let models = args.extended()?;
-    models.iter().try_for_each(|model| transcribed(args.evaluator.selection()?.kind, model, BY_FLAGS))?;
+    let by_flags = ["--evaluator reference", "--evaluator lanes --precision f64"];
+    models.iter().try_for_each(|model| transcribed(args.evaluator.selection()?.kind, model, by_flags))?;
     if args.all {
         return fleet::run(args, &models);
     }

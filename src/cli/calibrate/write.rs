@@ -2,7 +2,7 @@
 
 use super::super::change::Change;
 use super::super::folder::{RESULT, finish, of_calibration};
-use crate::api::reading::Loaded;
+use crate::api::loading::Loaded;
 use crate::evaluator::Case;
 use crate::reference::Trace;
 use crate::report::{plot, simulation};

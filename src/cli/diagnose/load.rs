@@ -3,7 +3,8 @@
 use super::super::evaluator::warn;
 use super::Args;
 use crate::api::diagnosis::{Loaded, Loading, Source};
-use crate::api::reading::{Input, Reading, only_follower};
+use crate::api::loading::{Input, only_follower};
+use crate::api::reading::Reading;
 use crate::catalog::Variant;
 use std::path::Path;
 

@@ -9,6 +9,7 @@ use super::evaluator::warn;
 use super::{Exit, Usage, folder, interrupt, output};
 use crate::api::bounds::read_bounds;
 use crate::api::diagnosis::{Asked, built_in};
+use crate::api::error::refuse;
 use crate::api::fleet::{Pairs, files};
 use crate::api::model::{known, model};
 use crate::api::reading::Reading;
@@ -233,7 +234,7 @@ fn causes(args: &Args) -> anyhow::Result<Vec<&'static Extension>> {
             .map_err(|e| anyhow::Error::new(e).context(format!("{}: cannot read the cause", path.display())))?;
         let own = read_extension(&path.display().to_string(), &text)?;
         if causes.iter().any(|known| known.name == own.name) {
-            return Err(Usage(format!("--causes {}: a cause {} exists already", path.display(), own.name)).into());
+            refuse!("--causes {}: a cause {} exists already", path.display(), own.name);
         }
         own.warnings.iter().for_each(|text| warn(text));
         causes.push(own);

@@ -7,7 +7,8 @@ mod study;
 use super::change::settle;
 use super::demo::quoted;
 use super::folder::{DIAGNOSIS, FLEET, RESULT, RUN, parsed};
-use super::{Usage, output};
+use super::output;
+use crate::api::error::refuse;
 use crate::report::html::{self, DriveErrors, MadeBy};
 use crate::report::residuals::{error_budget, over_speed};
 use crate::result::diagnosis::Outcome;
@@ -50,12 +51,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         let html =
             if known { args.out.with_extension("html") } else { args.out.with_extension(format!("{ending}.html")) };
         let shown = args.out.display();
-        return Err(Usage(format!(
+        refuse!(
             "--out {shown}: a report is an HTML file; expected an ending .html or .htm, found .{ending}; give {}{}",
             html.display(),
             if ending == "pdf" { ", which a browser prints to PDF" } else { "" }
-        ))
-        .into());
+        );
     }
     settle(if args.result.is_dir() { &args.result } else { args.result.parent().unwrap_or(Path::new(".")) })?;
     let page = page(&if args.result.is_dir() { result_in(args)? } else { args.result.clone() })?;
@@ -107,10 +107,9 @@ fn result_in(args: &Args) -> anyhow::Result<PathBuf> {
         let out = args.out.display().to_string();
         format!("; {} {hold}: `leadlag report {} -o {}`", first(&named, NAMED), quoted(&named[0]), quoted(&out))
     };
-    Err(Usage(format!(
+    refuse!(
         "{shown}: expected a folder with result.json, diagnosis.json, fleet.json or tasks.jsonl (of a study), found none of them{instead}"
-    ))
-    .into())
+    );
 }
 
 /// The page of a calibration or of a diagnosis.

@@ -1,7 +1,8 @@
 //! `leadlag study run`.
 
 use super::super::demo::quoted;
-use super::super::{Usage, evaluator, interrupt, progress};
+use super::super::{evaluator, interrupt, progress};
+use crate::api::error::refuse;
 use crate::evaluator::AdapterChoice;
 use crate::select::Kind;
 use crate::study::folder::Folder;
@@ -48,8 +49,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let (study, tasks) = folder.study(args.data.as_deref())?;
     let chosen = choose(args, &tasks)?;
     if args.gpu.is_some() && !matches!(study.plan.calibration.evaluator, Kind::Gpu | Kind::Auto) {
-        let message = "--gpu: this plan computes on the CPU; it needs `evaluator = \"gpu\"` or \"auto\" in the plan";
-        return Err(Usage(message.to_owned()).into());
+        refuse!("--gpu: this plan computes on the CPU; it needs `evaluator = \"gpu\"` or \"auto\" in the plan");
     }
     let progress = Arc::new(Progress::default());
     let again = again(args);
@@ -110,7 +110,7 @@ fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
         return Ok(shard.of(tasks));
     }
     if args.task.iter().any(String::is_empty) {
-        return Err(Usage("--task: expected an id, found nothing".to_owned()).into());
+        refuse!("--task: expected an id, found nothing");
     }
     Ok(if args.task.is_empty() { (0..tasks.len()).collect() } else { chosen(&args.task, tasks)? })
 }

@@ -1,9 +1,9 @@
 //! `leadlag study submit`: files with which a scheduler computes a study.
 
-use super::super::Usage;
 use super::super::demo::quoted;
 use super::super::output::{self, counted};
 use super::status::complain;
+use crate::api::error::refuse;
 use crate::api::values::{real, whole};
 use crate::study::folder::{Folder, StudyFile, write_whole};
 use crate::study::{inventory, locks, past_runs};
@@ -101,10 +101,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     // Each option of sbatch is a line of the scripts.
     let out = job.out.display().to_string();
     if let Some(broken) = args.sbatch.iter().chain([&out]).find(|text| text.contains(['\n', '\r'])) {
-        return Err(Usage(format!(
+        refuse!(
             "{broken:?} has a line end, which an #SBATCH line cannot contain; expected a name without one, such as --out DIR of another folder"
-        ))
-        .into());
+        );
     }
     std::fs::create_dir_all(&job.out).with_context(|| format!("{}: cannot make the folder", job.out.display()))?;
     let [array, merge] = ["array.sh", "merge.sh"].map(|name| job.out.join(name));

@@ -1,8 +1,9 @@
 //! `leadlag study verify`.
 
-use super::super::{Usage, evaluator, interrupt, output};
+use super::super::{evaluator, interrupt, output};
 use super::run::Bar;
 use super::status::complain;
+use crate::api::error::refuse;
 use crate::evaluator::AdapterChoice;
 use crate::study::folder::Folder;
 use crate::study::part::Part;
@@ -36,7 +37,7 @@ pub struct Args {
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
     if !(args.share > 0.0 && args.share <= 1.0) {
-        return Err(Usage(format!("--share: expected a number above 0 and at most 1, found {}", args.share)).into());
+        refuse!("--share: expected a number above 0 and at most 1, found {}", args.share);
     }
     interrupt::watch();
     let folder = Folder::open(&args.folder)?;

@@ -22,7 +22,7 @@ pub use import::Layout;
 pub use inspect::{Inspection, inspect};
 pub use note::Note;
 pub use prepare::{Preparation, Reconcile, Stretch, prepare, prepare_platoon};
-pub use soundness::{Finding, FindingKind};
+pub use soundness::{Finding, FindingKind, Remedy};
 pub use treatment::Treatment;
 
 /// Source of data: enough to find the file again and to notice a change.
@@ -286,7 +286,7 @@ impl Trajectory {
     /// The same of some kinds.
     pub fn faults_of(&self, of: impl Fn(FindingKind) -> bool) -> impl Iterator<Item = String> {
         let counts = move |finding: &&Finding| of(finding.kind) && (finding.matters || finding.correction.is_some());
-        self.findings().filter(counts).map(Finding::told)
+        self.findings().filter(counts).map(Finding::message)
     }
 
     /// True if there is no sample (never in a prepared trajectory).

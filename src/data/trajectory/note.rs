@@ -182,7 +182,7 @@ impl fmt::Display for Note {
             Note::RowsRepeated { rows, line } => {
                 write!(f, "{rows} rows are exact repetitions and count once, the first in line {line}")
             }
-            Note::Found { finding } => write!(f, "{}", finding.told()),
+            Note::Found { finding } => write!(f, "{}", finding.message()),
             Note::GradeFromColumn { points } => {
                 write!(f, "grade along the measured path from column sin_grade: {points} points")
             }

@@ -16,6 +16,7 @@ pub use search::{PROGRAM, SEARCH_REVISION, merit};
 pub use space::{BoundsError, Overrides, SearchSpace, bound_times, checked, read_bounds};
 
 use crate::evaluator::{EvaluateError, Evaluator, Failure, Score};
+use crate::text::option::GOF;
 use crate::text::spelling::UnknownWord;
 use std::fmt;
 use std::ops::ControlFlow;
@@ -215,7 +216,7 @@ impl fmt::Display for Tally {
             return write!(
                 f,
                 "{undefined} ran to the end, but the goodness of fit is undefined: is a measured signal zero or constant? \
-                 `leadlag inspect` shows it; choose another --gof or window"
+                 `leadlag inspect` shows it; choose another {GOF} or window"
             );
         }
         f.write_str("so widen the bounds, or check the data with `leadlag inspect`")

@@ -5,6 +5,7 @@ use crate::convention::Convention;
 use crate::evaluator::Case;
 use crate::optimize::SearchBox;
 use crate::symbols::{Bounds, Parameters, Symbol};
+use crate::text::option::VEHICLE;
 use crate::text::spelling::did_you_mean;
 use crate::vehicle::Vehicle;
 use std::collections::BTreeMap;
@@ -49,7 +50,7 @@ pub enum BoundsError {
     NoParameter { path: String, name: String },
     #[error("{path}: {name}: expected [lower, upper], or one number to fix it; found {found}")]
     Entry { path: String, name: String, found: String },
-    #[error("{0}: Table 3 gives its bounds per vehicle; give --vehicle NAME or FILE#NAME")]
+    #[error("{0}: Table 3 gives its bounds per vehicle; give {VEHICLE} NAME or FILE#NAME")]
     Vehicle(&'static str),
     #[error(
         "{name} is not a parameter of variant {variant}, which has {}{}",

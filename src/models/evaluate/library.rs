@@ -3,6 +3,7 @@
 use super::Settings;
 use crate::catalog::{Constraint, Variant};
 use crate::evaluator::{Case, CaseError};
+use crate::text::option::DATA;
 use crate::trajectory::import::{ColumnMap, read_mapped};
 use crate::trajectory::{
     ImportError, Layout, Preparation, PrepareError, Recording, Source, Treatment, import, prepare,
@@ -56,9 +57,9 @@ pub enum LibraryError {
     NotFound { platoon: String, searched: Vec<String> },
     #[error("platoon `{0}`: expected the name of a file without folder and extension")]
     Name(String),
-    #[error("platoon {0}: its folder is unknown; give it by --data")]
+    #[error("platoon {0}: its folder is unknown; give it by {DATA}")]
     NoFolder(String),
-    #[error("{0}: no such file; --data gives its folder, or the file of all rows")]
+    #[error("{0}: no such file; {DATA} gives its folder, or the file of all rows")]
     NoFile(String),
     #[error("platoon {platoon}: expected {file}, the file of all rows")]
     OtherFile { platoon: String, file: String },

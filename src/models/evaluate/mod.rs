@@ -9,6 +9,7 @@ pub use library::{DataLayout, Library, OpenError};
 use crate::convention::Convention;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Outcome};
 use crate::score::{GoodnessOfFit, Measures};
+use crate::text::option::DATA;
 use batch::Batch;
 use csv::ByteRecord;
 use row::{Columns, Task};
@@ -68,7 +69,7 @@ pub enum TableError {
     Read { path: String, source: csv::Error },
     #[error("{path}:1: expected at most {most} columns, found {found}; is this the table of cases?")]
     Wide { path: String, most: usize, found: usize },
-    #[error("{path}:1: column {missing} is missing; the file has {} (needed: model_id or variant, follower_position, and platoon or file unless --data is one file; separated by commas)", if found.is_empty() { "nothing".to_owned() } else { found.join(", ") })]
+    #[error("{path}:1: column {missing} is missing; the file has {} (needed: model_id or variant, follower_position, and platoon or file unless {DATA} is one file; separated by commas)", if found.is_empty() { "nothing".to_owned() } else { found.join(", ") })]
     Column { path: String, missing: &'static str, found: Vec<String> },
     #[error("{path}:1: column {column} occurs more than once; remove or rename one")]
     Twice { path: String, column: &'static str },

@@ -5,6 +5,7 @@ use crate::catalog::{Constraint, Variant};
 use crate::convention::{Acceleration, Convention, Delay, Denominators, RoadLoad, Step};
 use crate::score::{GoodnessOfFit, Measured};
 use crate::symbols::{Bounds, Parameters, Symbol};
+use crate::text::option::{BOUNDS, GRADE, VEHICLE};
 use crate::trajectory::{Grade, Trajectory};
 use crate::vehicle::Vehicle;
 use std::ops::Range;
@@ -59,7 +60,7 @@ pub struct Case {
 #[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum CaseError {
     #[error("{label}: variant {variant} needs {what}; {remedy}")]
-    Missing { label: String, variant: String, what: &'static str, remedy: &'static str },
+    Missing { label: String, variant: String, what: &'static str, remedy: String },
     #[error("{label}: upper bound of {name}: expected a number of at least 0, found {found}")]
     DelayBound { label: String, name: &'static str, found: f64 },
     #[error("{label}: {samples} samples; variant {variant} starts at sample {first}, so at least {} are needed", first + 2)]
@@ -73,7 +74,7 @@ pub enum InvalidParameter {
     #[error("{name}: expected {expected}, found {found}")]
     Domain { name: &'static str, expected: String, found: f64 },
     #[error(
-        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} limits the memory of a simulation: raise it in a --bounds file"
+        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} limits the memory of a simulation: raise it in a {BOUNDS} file"
     )]
     Delay {
         name: String,
@@ -191,16 +192,18 @@ impl Case {
         let missing =
             |what, remedy| CaseError::Missing { label: self.label.to_string(), variant: variant.name(), what, remedy };
         if variant.needs_vehicle() && self.vehicle.is_none() {
-            return Err(missing("the follower's vehicle", "give --vehicle NAME or FILE#NAME"));
+            return Err(missing("the follower's vehicle", format!("give {VEHICLE} NAME or FILE#NAME")));
         }
         if variant.constraint == Constraint::Mfc && self.vehicle.as_ref().is_some_and(|v| v.mfc.is_none()) {
             return Err(missing(
                 "the vehicle's MFC curve",
-                "give --vehicle FILE#NAME of a table that names an `mfc` file, or put mfc_SLUG.csv beside the table",
+                format!(
+                    "give {VEHICLE} FILE#NAME of a table that names an `mfc` file, or put mfc_SLUG.csv beside the table"
+                ),
             ));
         }
         if variant.needs_grade() && self.grade.is_none() {
-            return Err(missing("the road grade", "give --grade FILE, or --grade level for a level road"));
+            return Err(missing("the road grade", format!("give {GRADE} FILE, or {GRADE} level for a level road")));
         }
         for (member, signal, what) in [
             ("v_l2", &self.v_l2, "the speed of the car ahead of the preceding vehicle"),
@@ -209,7 +212,8 @@ impl Case {
             if variant.extensions.read(member) && signal.as_ref().is_none_or(|y| y.iter().any(|x| !x.is_finite())) {
                 return Err(missing(
                     what,
-                    "use a follower further back in the platoon, or give the column lead2_... of a pair file",
+                    "use a follower further back in the platoon, or give the column lead2_... of a pair file"
+                        .to_owned(),
                 ));
             }
         }

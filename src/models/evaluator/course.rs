@@ -6,6 +6,7 @@ use crate::catalog::Constraint;
 use crate::convention::{Delay, Denominators};
 use crate::score::{Accumulation, GoodnessOfFit, Measured, Norm, denominator};
 use crate::symbols::{Parameters, Symbol};
+use crate::text::option::{EVALUATOR, PRECISION};
 use std::sync::Arc;
 
 /// A case prepared sample by sample, in f64; the evaluators round it to their own precision.
@@ -120,13 +121,13 @@ pub struct Pace {
 pub enum CourseError {
     #[error(
         "the {what} table has nodes only {closest} apart, which needs {cells} equal cells, expected at most \
-         {limit}; thin the table out, or use --evaluator reference"
+         {limit}; thin the table out, or use {EVALUATOR} reference"
     )]
     Table { what: &'static str, cells: f64, limit: f64, closest: f64 },
     #[error(
         "{label}: variant {variant} reads the time, and the clock of the file reaches {t} s in steps of {dt} s, which single precision \
-         cannot distinguish; expected at most {limit:.0} s: count the time from the beginning of the recording, or use --evaluator lanes \
-         with --precision f64"
+         cannot distinguish; expected at most {limit:.0} s: count the time from the beginning of the recording, or use {EVALUATOR} lanes \
+         with {PRECISION} f64"
     )]
     Clock { label: String, variant: String, t: f64, dt: f64, limit: f64 },
 }

@@ -23,6 +23,7 @@ use crate::catalog::Variant;
 use crate::convention::BoundRule;
 use crate::score::{GoodnessOfFit, Measures};
 use crate::symbols::{Parameters, Symbol};
+use crate::text::option::{BOUNDS, EVALUATOR, PRECISION};
 
 /// Candidates of one variant: parameter vectors, one after the other.
 #[derive(Debug, Clone, PartialEq)]
@@ -254,7 +255,7 @@ pub enum EvaluateError {
     #[error("expected room for {candidates} scores, found {scores}")]
     Room { candidates: usize, scores: usize },
     #[error(
-        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} limits the memory of a simulation: raise it in a --bounds file"
+        "{name}: expected at most {upper} s, found {found}; the upper bound of {name} limits the memory of a simulation: raise it in a {BOUNDS} file"
     )]
     Delay {
         name: String,
@@ -266,11 +267,11 @@ pub enum EvaluateError {
     Course(#[from] CourseError),
     #[error("{}", no_adapter(wanted.as_deref(), present))]
     Adapter { wanted: Option<String>, present: Vec<String> },
-    #[error("no GPU: leadlag was built without the feature `gpu`; use --evaluator lanes")]
+    #[error("no GPU: leadlag was built without the feature `gpu`; use {EVALUATOR} lanes")]
     NoGpuBuilt,
     #[error(
         "no GPU: drivers need an address space of {} MiB, found a limit of {} MiB; raise it (`ulimit -v unlimited`), or use \
-         --evaluator lanes",
+         {EVALUATOR} lanes",
         needed >> 20,
         limit >> 20
     )]
@@ -282,7 +283,7 @@ pub enum EvaluateError {
     },
     #[error(
         "the reference has no second transcription of extension {extension}, so it cannot simulate variant {variant}; use \
-         --evaluator lanes, with --precision f64 for as many digits"
+         {EVALUATOR} lanes, with {PRECISION} f64 for as many digits"
     )]
     Untranscribed { extension: String, variant: String },
     #[error(transparent)]
@@ -290,7 +291,7 @@ pub enum EvaluateError {
     #[error("{doing} on {adapter}: {message}")]
     Device { doing: &'static str, adapter: String, message: String },
     #[error(
-        "{adapter} does not have enough memory: {message}; close other programs that use it, or use --evaluator lanes"
+        "{adapter} does not have enough memory: {message}; close other programs that use it, or use {EVALUATOR} lanes"
     )]
     Memory { adapter: String, message: String },
 }
@@ -298,9 +299,10 @@ pub enum EvaluateError {
 fn no_adapter(wanted: Option<&str>, present: &[String]) -> String {
     match (wanted, present) {
         (_, []) => {
-            "no GPU adapter found; install the driver of the GPU, or a software one (Debian, Ubuntu: apt-get install \
-                    mesa-vulkan-drivers libvulkan1), or use --evaluator lanes, which needs none"
-                .to_owned()
+            format!(
+                "no GPU adapter found; install the driver of the GPU, or a software one (Debian, Ubuntu: apt-get install \
+                 mesa-vulkan-drivers libvulkan1), or use {EVALUATOR} lanes, which needs none"
+            )
         }
         (None, _) => format!("none of these adapters can be used:\n  {}", present.join("\n  ")),
         (Some(wanted), _) => format!(

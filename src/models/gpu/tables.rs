@@ -3,6 +3,7 @@
 use super::device::{Device, Fault};
 use crate::evaluator::{Cell, Course, Table};
 use crate::score::GoodnessOfFit;
+use crate::text::option::EVALUATOR;
 use std::ops::Range;
 
 /// `Job` of shaders/kernel.wgsl: one per case.
@@ -66,7 +67,7 @@ impl Tables {
             if !own.fits(device) {
                 let message = format!(
                     "the trajectory of {} samples needs {} bytes in one binding, expected at most {}; split it, or use \
-                     --evaluator lanes",
+                     {EVALUATOR} lanes",
                     course.samples(),
                     own.largest(),
                     device.limits.binding.min(device.limits.buffer)

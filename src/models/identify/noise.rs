@@ -72,21 +72,22 @@ impl Noise {
         }
         // Two errors make a difference.
         let spacing = errors.iter().map(|[r_s, _]| r_s * r_s).sum::<f64>() / errors.len() as f64 / 2.0;
-        Ok(Some(Noise { spacing: spacing.sqrt(), ..Noise::told_by(&series, dt) }))
+        Ok(Some(Noise { spacing: spacing.sqrt(), ..Noise::of_errors(&series, dt) }))
     }
 
     /// From the one-step errors of the speed, and their derivatives in each parameter.
-    fn told_by(series: &[Vec<f64>], dt: f64) -> Noise {
+    fn of_errors(series: &[Vec<f64>], dt: f64) -> Noise {
         // Sample by sample.
         let rows: Vec<f64> = (0..series[0].len()).flat_map(|t| series.iter().map(move |z| z[t])).collect();
         let best = |tried: Vec<[f64; 2]>| {
             let together = |some: &[[f64; 2]]| {
                 let at = std::array::from_fn(|k| some[k.min(some.len() - 1)]);
-                let told = Arch::new().dispatch(Restricted { rows: &rows, series: series.len(), at, dt });
-                told.into_iter().zip(at).take(some.len()).collect::<Vec<_>>()
+                let found = Arch::new().dispatch(Restricted { rows: &rows, series: series.len(), at, dt });
+                found.into_iter().zip(at).take(some.len()).collect::<Vec<_>>()
             };
-            let told: Vec<_> = tried.par_chunks(TOGETHER).map(together).collect();
-            told.into_iter()
+            let found: Vec<_> = tried.par_chunks(TOGETHER).map(together).collect();
+            found
+                .into_iter()
                 .flatten()
                 .max_by(|((one, _), _), ((another, _), _)| one.total_cmp(another))
                 .expect("something is tried")
@@ -314,7 +315,7 @@ mod tests {
 
     /// Noise of known size is recovered, even if parameters have removed a part of it.
     #[test]
-    fn noise_is_told_by_one_step_errors() {
+    fn noise_is_estimated_from_one_step_errors() {
         let dt = 0.1;
         for (samples, within) in [(20_000, 0.1), (450, 0.3)] {
             for [acceleration, lasts, speed] in [[0.15, 1.5, 0.05], [0.3, 0.5, 0.02], [0.15, 1.5, 1e-6]] {
@@ -342,7 +343,7 @@ mod tests {
                             let share = dot(&errors, wave) / dot(wave, wave);
                             errors.iter_mut().zip(wave).for_each(|(e, w)| *e -= share * w);
                         }
-                        let noise = Noise::told_by(&[vec![errors], waves].concat(), dt);
+                        let noise = Noise::of_errors(&[vec![errors], waves].concat(), dt);
                         assert!(speed < 1e-3 || (noise.speed / speed - 1.0).abs() < 0.3, "{noise:?}");
                         // Size of the noise: the speed that it adds in some seconds.
                         (noise.added(4.0, 0) / (acceleration.powi(2) * integrated(4.0, lasts))).sqrt()
@@ -363,8 +364,8 @@ mod tests {
         let rows: Vec<f64> = (0..samples * n).map(|_| normal(&mut rng)).collect();
         let at =
             std::array::from_fn(|w| [[0.0, 0.01, 0.3, 1.0, 3.0, 50.0, 1000.0, 2.0][w], 0.05 * 1.9_f64.powi(w as i32)]);
-        let told = Arch::new().dispatch(Restricted { rows: &rows, series: n, at, dt });
-        for ([ratio, lasts], (likelihood, deviation)) in at.into_iter().zip(told) {
+        let found = Arch::new().dispatch(Restricted { rows: &rows, series: n, at, dt });
+        for ([ratio, lasts], (likelihood, deviation)) in at.into_iter().zip(found) {
             let covariance = DMatrix::from_fn(samples, samples, |a, b| {
                 let of_errors = [2.0, -1.0].get(a.abs_diff(b)).copied().unwrap_or(0.0);
                 ratio * ratio * (-dt / lasts * a.abs_diff(b) as f64).exp() + of_errors

@@ -7,6 +7,7 @@ use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator, Fallback, 
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Reference;
 use crate::score::GoodnessOfFit;
+use crate::text::option::{EVALUATOR, GPU, PRECISION};
 use crate::text::spelling::UnknownWord;
 use crate::wgsl::Precision;
 use device::Device;
@@ -45,11 +46,11 @@ pub struct Selection {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
 #[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum SelectionError {
-    #[error("--precision needs --evaluator lanes or gpu; the reference computes in f64")]
+    #[error("{PRECISION} needs {EVALUATOR} lanes or gpu; the reference computes in f64")]
     Reference,
-    #[error("--precision f64 needs --evaluator lanes; on a GPU there are plain and compensated f32")]
+    #[error("{PRECISION} f64 needs {EVALUATOR} lanes; on a GPU there are plain and compensated f32")]
     GpuF64,
-    #[error("--gpu needs --evaluator gpu or auto")]
+    #[error("{GPU} needs {EVALUATOR} gpu or auto")]
     Adapter,
 }
 
@@ -114,7 +115,7 @@ impl Selection {
                 };
                 if let Some(reason) = self.against_a_gpu(precision, work) {
                     if let Some(Device { name, .. }) = named {
-                        warn(&format!("--gpu: {name} is not used: {reason}; --evaluator gpu would use it, in f32"));
+                        warn(&format!("{GPU}: {name} is not used: {reason}; {EVALUATOR} gpu would use it, in f32"));
                     }
                     return lanes(cases);
                 }

@@ -6,6 +6,7 @@ use crate::report::text::wrapped;
 use crate::result::diagnosis::recommended::{ClosedLoopEntry, Trial};
 use crate::result::diagnosis::{CauseEntry, Outcome};
 use crate::symbols::Symbol;
+use crate::text::option::BASE;
 use crate::wgsl::{laws, library};
 use std::fmt::{Result, Write};
 
@@ -80,7 +81,7 @@ pub(super) fn not_tried(outcome: &Outcome) -> String {
 
 /// The next command if the car follows the law of another base.
 pub(in crate::internal::report) fn next(base: &str) -> String {
-    format!("Next: the same command with --base {base}")
+    format!("Next: the same command with {BASE} {base}")
 }
 
 /// A named cause: its sizes, its evidence, its term, and the causes that explain the data as well.

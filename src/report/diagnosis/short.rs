@@ -6,6 +6,7 @@ use crate::diagnose::describe::missing::Profiles;
 use crate::race::loss::BIN_S;
 use crate::result::diagnosis::recommended::{ClosedLoopGain, Power, Recommended, RecommendedCause, Trial, Why};
 use crate::result::diagnosis::{CauseEntry, FleetEntry, Outcome, ParameterEntry, ShareEntry};
+use crate::text::option::GRADE;
 use crate::wgsl::library;
 
 fn base(outcome: &Outcome) -> &str {
@@ -84,7 +85,8 @@ fn unexplained(outcome: &Outcome) -> String {
         };
         if let Some(place) = place {
             let untried = outcome.not_tried.iter().any(|entry| needs_grade(&entry.name));
-            let remedy = if untried { ", as on slopes: give the grade of the road (--grade)" } else { "" };
+            let remedy =
+                if untried { format!(", as on slopes: give the grade of the road ({GRADE})") } else { String::new() };
             text += &format!(" {place}{remedy}.");
         }
     }

@@ -7,6 +7,7 @@ use crate::diagnose::describe::error_breakdown::{Budget, Share};
 use crate::diagnose::describe::missing::{PLACE, Profile, Profiles};
 use crate::report::text::wrapped;
 use crate::result::diagnosis::{DataEntry, FindingEntry, HeldBackEntry, Outcome, ParameterEntry};
+use crate::text::option::CORRECT;
 use indexmap::IndexSet;
 use std::fmt::Write;
 
@@ -130,9 +131,9 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
         }
     }
     let can_be_corrected =
-        |f: &FindingEntry| f.correction.is_none() && f.remedies.iter().any(|remedy| remedy == "correct");
+        |f: &FindingEntry| f.correction.is_none() && f.remedies.iter().any(|remedy| *remedy == CORRECT.id());
     if findings.iter().any(can_be_corrected) {
-        text.push_str("The data are unchanged. --correct repairs these faults where possible.\n");
+        text.push_str(&format!("The data are unchanged. {CORRECT} repairs these faults where possible.\n"));
     }
     text
 }

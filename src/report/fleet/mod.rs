@@ -15,6 +15,7 @@ use crate::fleet::{
 use crate::identify::{SHORT, SHORT_S};
 use crate::report::html::short;
 use crate::result::ExtensionEntry;
+use crate::text::option::HOLDOUT;
 use crate::trajectory::{Source, Treatment};
 use indexmap::IndexMap;
 
@@ -186,12 +187,14 @@ impl FleetFile {
         let several = self.overview.iter().any(|one| one.model != self.overview[0].model);
         match self.compared_by {
             Some(Rule::HeldBack) => format!("Compared: the score on {held}, on data that no fit has used."),
-            Some(Rule::Expected) if several => "Compared: the score that is expected on another drive of the same driver, its own score plus \
-                 a penalty for fitted noise. --holdout 0.3 measures it."
-                .to_owned(),
-            Some(Rule::None) if several => "Not compared: on its own drive the larger of two nested models always fits better. Give --holdout 0.3, or \
-                 leave out --no-intervals."
-                .to_owned(),
+            Some(Rule::Expected) if several => format!(
+                "Compared: the score that is expected on another drive of the same driver, its own score plus a penalty for fitted noise. \
+                 {HOLDOUT} 0.3 measures it."
+            ),
+            Some(Rule::None) if several => format!(
+                "Not compared: on its own drive the larger of two nested models always fits better. Give {HOLDOUT} 0.3, or have \
+                 intervals computed."
+            ),
             _ => String::new(),
         }
     }

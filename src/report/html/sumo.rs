@@ -6,7 +6,7 @@ use crate::sumo::{Export, Loss};
 /// The section of an export, with its charts.
 pub fn sumo(page: &mut Page, export: &Export, charts: Vec<Chart>) {
     page.section("sumo", "In SUMO");
-    let version = export.sumo.as_ref().map_or(" It was not run (--no-run).".to_owned(), |version| {
+    let version = export.sumo.as_ref().map_or(" It was not run.".to_owned(), |version| {
         format!(
             " SUMO {version} was run behind the measured leader, from the same first state, and compared with leadlag."
         )

@@ -39,7 +39,7 @@ impl Faults {
 
     /// One line per problem, each with its place in the file `path`.
     #[must_use]
-    pub fn told(&self, path: &str) -> String {
+    pub fn listed(&self, path: &str) -> String {
         let (problems, more) = self.clone().summarised();
         list(path, &problems, more)
     }

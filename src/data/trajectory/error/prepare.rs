@@ -1,6 +1,7 @@
 //! Why a recording could not be turned into trajectories.
 
 use super::Faults;
+use crate::text::option::{FROM, LEAD_LENGTH, MAX_GAP, RESAMPLE, TO};
 
 /// A recording could not be turned into trajectories.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -9,7 +10,7 @@ use super::Faults;
 pub enum PrepareError {
     #[error("{option}: expected {expected}, found {found}")]
     Option { option: &'static str, expected: &'static str, found: f64 },
-    #[error("--to {to} lies before --from {from}; swap them")]
+    #[error("{TO} {to} lies before {FROM} {from}; swap them")]
     Backwards { from: f64, to: f64 },
     #[error("{path}: no trajectory {id}; the file has {}", listed(available))]
     NoTrajectory { path: String, id: String, available: Vec<String> },
@@ -21,19 +22,19 @@ pub enum PrepareError {
     )]
     NoSpacing { path: String, follower: usize, available: Vec<String> },
     #[error(
-        "{path}: the length of the car ahead of follower {follower} is unknown, so its positions give no spacing: give the length (--lead-length)"
+        "{path}: the length of the car ahead of follower {follower} is unknown, so its positions give no spacing: give the length ({LEAD_LENGTH})"
     )]
     NoLength { path: String, follower: usize },
     #[error(
         "{}\n{path}: follower {follower} cannot be used; followers that can: {}",
-        faults.told(path),
+        faults.listed(path),
         listed(available)
     )]
     Faulty { path: String, follower: usize, faults: Faults, available: Vec<String> },
     #[error("{path}: no rows between {from} s and {to} s; the file runs from {first} s to {last} s")]
     EmptyWindow { path: String, from: f64, to: f64, first: f64, last: f64 },
     #[error(
-        "{path}:{line}: {column}: expected {expected} (step {step} s), found {found}; the time step is irregular: resample with --resample {step}"
+        "{path}:{line}: {column}: expected {expected} (step {step} s), found {found}; the time step is irregular: resample with {RESAMPLE} {step}"
     )]
     Irregular { path: String, line: u64, column: &'static str, expected: f64, step: f64, found: f64 },
     #[error("{path}: {}", step_too_long(*step, *limit))]
@@ -43,10 +44,10 @@ pub enum PrepareError {
     )]
     TooManySamples { path: String, step: f64, samples: f64, limit: usize },
     #[error(
-        "{path}: follower {follower}: expected a stretch of at least {needed} s without long gaps, the longest has {longest} s; a longer --max-gap interpolates more"
+        "{path}: follower {follower}: expected a stretch of at least {needed} s without long gaps, the longest has {longest} s; a longer {MAX_GAP} interpolates more"
     )]
     TooShort { path: String, follower: usize, needed: f64, longest: f64 },
-    #[error("{path}: follower {follower}: expected at least {needed} s, the {what} has {found} s; {}", if *what == "window" { "widen --from and --to" } else { "give a longer one" })]
+    #[error("{path}: follower {follower}: expected at least {needed} s, the {what} has {found} s; {}", if *what == "window" { format!("widen {FROM} and {TO}") } else { "give a longer one".to_owned() })]
     Short { path: String, follower: usize, what: &'static str, needed: f64, found: f64 },
     #[error("{path}: follower {follower}: the spacing is {value} m at {t} s, expected above 0; {advice}")]
     Spacing { path: String, follower: usize, t: f64, value: f64, advice: &'static str },

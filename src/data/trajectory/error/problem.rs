@@ -1,5 +1,6 @@
 //! One problem of one file, with its place.
 
+use crate::text::option::COLUMNS;
 use std::fmt::Write as _;
 
 /// One thing wrong in a file.
@@ -50,22 +51,22 @@ pub enum ProblemKind {
     )]
     Separator { found: &'static str, mapped: Option<&'static str> },
     #[error(
-        "the header line is missing, the first line has numbers: {}; put a line with the names of the columns before it, for a pair time_s,lead_speed_mps,speed_mps,spacing_m in the order of the file, or give them as header = [...] in a column map (--columns)",
+        "the header line is missing, the first line has numbers: {}; put a line with the names of the columns before it, for a pair time_s,lead_speed_mps,speed_mps,spacing_m in the order of the file, or give them as header = [...] in a column map ({COLUMNS})",
         some(found)
     )]
     NoNames { found: Vec<String> },
     #[error(
-        "no known layout has the columns {}; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with --columns (`leadlag list columns`, or a file of your own)",
+        "no known layout has the columns {}; expected those of openacc or astazero-rebuilt (metadata lines, then Time, Speed1, IVS1, ...), astazero-processed (Time, X1, SpeedDoppler1, Spacing2, ...), ultra-av (Trajectory_ID, Time_Index, ...) or pair (time_s, speed_mps, spacing_m, lead_speed_mps): rename the columns, or read the table with {COLUMNS} (`leadlag list columns`, or a file of your own)",
         some(found)
     )]
     UnknownHeader { found: Vec<String> },
     #[error(
         "expected the metadata line \"{expected},...\", found {}; OpenACC files have 5 such lines before the header: restore them{}",
         quoted(found),
-        if *expected == "Date" { "; if the table never had them, read its columns with --columns, or rename those of a pair to time_s, lead_speed_mps, speed_mps and spacing_m" } else { "" }
+        if *expected == "Date" { format!("; if the table never had them, read its columns with {COLUMNS}, or rename those of a pair to time_s, lead_speed_mps, speed_mps and spacing_m") } else { String::new() }
     )]
     Metadata { expected: &'static str, found: String },
-    #[error("expected a column map for this layout; read the file with one (--columns)")]
+    #[error("expected a column map for this layout; read the file with one ({COLUMNS})")]
     NeedsMap,
     #[error("the file ends after its header; expected rows of numbers")]
     NoRows,
@@ -118,7 +119,7 @@ pub enum ProblemKind {
     )]
     FewCars { found: usize },
     #[error(
-        "column {column}: expected the unit {expected}, found {}; convert the column, or read the table with --columns",
+        "column {column}: expected the unit {expected}, found {}; convert the column, or read the table with {COLUMNS}",
         quoted(found)
     )]
     OtherUnit { column: String, expected: &'static str, found: String },
@@ -126,14 +127,14 @@ pub enum ProblemKind {
     AllSkipped { lines: u64 },
     #[error(
         "a row of {found} fields below {expected} names holds a whole trajectory, as in pNEUMA; expected a row per vehicle and time, with \
-         time, vehicle, speed, lane and position along the road: rewrite the table, and read it with --columns"
+         time, vehicle, speed, lane and position along the road: rewrite the table, and read it with {COLUMNS}"
     )]
     WholeTrajectory { expected: usize, found: usize },
     #[error("column {column}: expected a finite number, found nothing; give a number or delete the row")]
     Missing { column: String },
     #[error(
         "column {column}: expected a measured value, found {found} in {rows} rows and no other value out of range: does it stand for a \
-         missing value? Leave the field empty, or read the table with missing = [\"{found}\"] in a column map (--columns)"
+         missing value? Leave the field empty, or read the table with missing = [\"{found}\"] in a column map ({COLUMNS})"
     )]
     Sentinel { column: String, found: f64, rows: u64 },
     #[error(
@@ -142,7 +143,7 @@ pub enum ProblemKind {
     HeaderAgain,
     #[error(
         "column {column}: expected the speed of the vehicle ahead, found values around {found} m/s, behind a follower at {own:.0} m/s: a \
-         relative speed? Name it relative_speed in the column map (--columns), or add the speed of the follower to it"
+         relative speed? Name it relative_speed in the column map ({COLUMNS}), or add the speed of the follower to it"
     )]
     MappedRelative { column: String, own: f64, found: f64 },
     #[error(
@@ -150,12 +151,12 @@ pub enum ProblemKind {
     )]
     TimeBack { column: String, previous: f64, found: f64 },
     #[error(
-        "{column}: starts over at {found}: two recordings in one file, of which the second begins here; split the file at this line, or name a column that distinguishes them as group in a column map (--columns)"
+        "{column}: starts over at {found}: two recordings in one file, of which the second begins here; split the file at this line, or name a column that distinguishes them as group in a column map ({COLUMNS})"
     )]
     TimeAnew { column: String, found: f64 },
     #[error(
         "{column}: {rows} rows have the time of the row before: the times are rounded; write them with more digits, or number the rows \
-         and read the numbers with unit = \"frame\" and frame_rate in a column map (--columns)"
+         and read the numbers with unit = \"frame\" and frame_rate in a column map ({COLUMNS})"
     )]
     TimesRounded { column: String, rows: u64 },
     #[error(
@@ -276,7 +277,7 @@ fn quoted(text: &str) -> String {
 /// A hint that a column map reads other separators.
 fn by_map(separator: Option<&str>) -> String {
     separator.map_or_else(String::new, |name| {
-        format!(", or read it by a column map (--columns) with separator = \"{name}\"; decimal = \"comma\" there reads decimal commas")
+        format!(", or read it by a column map ({COLUMNS}) with separator = \"{name}\"; decimal = \"comma\" there reads decimal commas")
     })
 }
 

@@ -29,7 +29,7 @@ pub(super) fn of(start: &[u8]) -> Option<(&'static str, &'static str)> {
         (
             is_xml(&text) && (text.contains("<fcd-export") || text.contains("<timestep")),
             "floating car data of SUMO as XML",
-            "let SUMO write a table (--fcd-output fcd.csv), or turn it into one (xml2csv.py), and read that with --columns sumo-fcd",
+            "let SUMO write a table (--fcd-output fcd.csv), or turn it into one (xml2csv.py), and read that by the column map sumo-fcd",
         ),
         (is_xml(&text), "XML", "write its table as CSV"),
     ];

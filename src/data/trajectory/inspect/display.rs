@@ -1,6 +1,7 @@
 //! The inspection as text, 80 columns wide unless names are long.
 
 use super::{CarInspection, FollowerInspection, Inspection, PlatoonInspection, SignalInspection, rounded};
+use crate::text::option::FOLLOWER;
 use crate::text::shown::first;
 use crate::trajectory::{Layout, Stretch};
 use std::fmt;
@@ -70,7 +71,7 @@ fn write_pairs(f: &mut fmt::Formatter<'_>, platoons: &[&PlatoonInspection]) -> f
             first(&doubtful, LISTED_MAX)
         )?;
     }
-    writeln!(f, "\nthe longest in full (--follower chooses another one):")
+    writeln!(f, "\nthe longest in full ({FOLLOWER} chooses another one):")
 }
 
 impl fmt::Display for PlatoonInspection {
@@ -101,7 +102,7 @@ impl fmt::Display for PlatoonInspection {
         }
         writeln!(f, "min, max and noise in the unit of the row; noise: deviation from a smooth curve")?;
         if let Some((car, follower)) = self.cars.iter().rev().find_map(|car| Some((car.number, car.follower?))) {
-            writeln!(f, "--follower counts from the car behind the leader: car {car} is follower {follower}")?;
+            writeln!(f, "{FOLLOWER} counts from the car behind the leader: car {car} is follower {follower}")?;
         }
         if !self.links.is_empty() {
             writeln!(f)?;

@@ -13,6 +13,7 @@ use super::soundness::{Finding, LIMITS};
 use super::steps::{largest_move, longest_step};
 use super::{Car, Layout, Note, Platoon, Preparation, PrepareError, Recording, Source};
 use crate::statistics::rms;
+use crate::text::option::SEGMENT;
 use serde::Serialize;
 use std::ops::Range;
 
@@ -319,8 +320,8 @@ fn warnings(
         } else {
             String::new()
         };
-        let told = link.findings.iter().filter(|finding| finding.matters).map(Finding::told);
-        warnings.extend(told.map(|text| format!("{who}{text}")));
+        let messages = link.findings.iter().filter(|finding| finding.matters).map(Finding::message);
+        warnings.extend(messages.map(|text| format!("{who}{text}")));
     }
     warnings.extend(followers.iter().filter_map(FollowerInspection::warning));
     warnings
@@ -349,7 +350,7 @@ impl FollowerInspection {
         let or = if joined { " or changes of the driver" } else { "" };
         Some(format!(
             "follower {follower}: gaps of more than {max_gap_s} s{or} leave {} segments; the longest, which is used unless \
-             --segment chooses another, is number {first}",
+             {SEGMENT} chooses another, is number {first}",
             segments.len()
         ))
     }

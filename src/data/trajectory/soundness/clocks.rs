@@ -12,6 +12,7 @@ use super::finding::{Finding, FindingKind, Remedy, Who, Z_95, interval};
 use super::level::{self, Columns, Usable};
 use super::limits::LIMITS;
 use super::link::Link;
+use crate::text::option::CORRECT;
 use crate::trajectory::factor;
 use nalgebra::{Matrix2, Vector2};
 
@@ -211,7 +212,7 @@ impl Pair {
 
 /// Corrects faults that are known of one car.
 fn remedies(who: Who) -> Vec<Remedy> {
-    if matches!(who, Who::Leader | Who::Follower) { vec![Remedy::of("correct")] } else { Vec::new() }
+    if matches!(who, Who::Leader | Who::Follower) { vec![Remedy::of(CORRECT)] } else { Vec::new() }
 }
 
 fn scale_sentence(who: Who, value: f64, error: f64) -> String {

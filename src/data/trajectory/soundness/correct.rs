@@ -4,6 +4,7 @@ use super::clocks::shifted;
 use super::finding::{Finding, FindingKind, Who};
 use super::link::Link;
 use super::noise::joined;
+use crate::text::option::CORRECT;
 use crate::trajectory::{Car, Platoon};
 
 /// Corrects one follower of a platoon by the findings about it. Each finding then names the correction, or why there is none.
@@ -21,7 +22,7 @@ fn car(platoon: &mut Platoon, number: usize) -> Option<&mut Car> {
 
 fn one(platoon: &mut Platoon, follower: usize, link: &Link, finding: &Finding) -> String {
     let done = format!("{} of the {}'s {}", finding.kind.into_str(), finding.car.into_str(), finding.signal);
-    if finding.remedies.iter().all(|remedy| remedy.option != "correct") {
+    if finding.remedies.iter().all(|remedy| remedy.option != CORRECT) {
         let why = match (finding.kind, finding.car) {
             (FindingKind::SpeedScale | FindingKind::ClockOffset, Who::Either | Who::Both) => {
                 "because the data do not show whose signal is off"

@@ -1,5 +1,6 @@
 //! Findings of a check of the data.
 
+use crate::text::option::{FROM, Opt, TO};
 use serde::Serialize;
 use std::fmt;
 
@@ -117,23 +118,29 @@ impl Serialize for Who {
 /// An option that corrects or avoids a fault: its id, which each front end spells in its own way, and its value.
 #[derive(Debug, Clone, PartialEq, Eq, Serialize)]
 pub struct Remedy {
-    /// The option, as `correct` or `to`.
-    pub option: &'static str,
+    /// The option, such as `correct` or `to`.
+    pub option: Opt,
     /// Its value, if it has one and the data show it.
     pub value: Option<String>,
 }
 
 impl Remedy {
     /// An option without a value.
-    pub(super) fn of(option: &'static str) -> Remedy {
+    pub(super) fn of(option: Opt) -> Remedy {
         Remedy { option, value: None }
+    }
+
+    /// The id of the option and its value, in files alike whatever the front end.
+    #[must_use]
+    pub fn named(&self) -> String {
+        let value = self.value.as_ref().map_or(String::new(), |value| format!(" {value}"));
+        self.option.id() + &value
     }
 }
 
-/// As a flag of the command line.
 impl fmt::Display for Remedy {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        write!(f, "--{}", self.option)?;
+        write!(f, "{}", self.option)?;
         self.value.as_ref().map_or(Ok(()), |value| write!(f, " {value}"))
     }
 }
@@ -178,7 +185,7 @@ impl Finding {
 
     /// The sentence with the effect of the fault on parameters, and with the remedy or the correction.
     #[must_use]
-    pub fn told(&self) -> String {
+    pub fn message(&self) -> String {
         let effect = if self.matters { format!("; {}", self.kind.effect()) } else { String::new() };
         match &self.correction {
             Some(correction) => format!("{}; {correction}", self.sentence),
@@ -188,9 +195,9 @@ impl Finding {
     }
 
     fn help(&self) -> String {
-        let has = |option: &str| self.remedies.iter().any(|remedy| remedy.option == option);
+        let is_window = |remedy: &Remedy| [FROM, TO].contains(&remedy.option);
         let listed: Vec<String> = self.remedies.iter().map(ToString::to_string).collect();
-        if has("from") || has("to") {
+        if self.remedies.iter().any(is_window) {
             return format!("{} is the longest stretch without", listed.join(" "));
         }
         let verb = if listed.len() > 1 { "help" } else { "helps" };

@@ -5,6 +5,7 @@ use super::limits::LIMITS;
 use super::link::{Link, Signal};
 use super::noise::{self, quantum};
 use crate::statistics::robust_scale;
+use crate::text::option::CORRECT;
 use crate::trajectory::steps::runs;
 use std::ops::Range;
 
@@ -23,8 +24,8 @@ pub(super) struct Dropouts {
 
 impl Dropouts {
     /// Omits samples that other findings cover.
-    pub fn leave_out(&mut self, told: &[Range<usize>]) {
-        let apart = |range: &Range<usize>| told.iter().all(|t| range.start > t.end || t.start > range.end);
+    pub fn leave_out(&mut self, reported: &[Range<usize>]) {
+        let apart = |range: &Range<usize>| reported.iter().all(|t| range.start > t.end || t.start > range.end);
         self.ranges.retain(apart);
         self.held.retain(apart);
     }
@@ -99,7 +100,7 @@ fn alternate(bends: &[f64]) -> bool {
 fn moved(link: &Link, run: &Range<usize>) -> f64 {
     let (mut sum, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
     for i in run.clone() {
-        let step = link.told(i, i + 1);
+        let step = link.change_by_speeds(i, i + 1);
         sum += if step.is_finite() { step } else { 0.0 };
         (low, high) = (low.min(sum), high.max(sum));
     }
@@ -150,7 +151,7 @@ pub(super) fn finding(signal: &Signal, link: &Link, found: &Dropouts) -> Option<
     Some(Finding {
         when: found.ranges.iter().map(|r| [link.time(r.start), link.time(r.end - 1)]).collect(),
         matters,
-        remedies: vec![Remedy::of("correct")],
+        remedies: vec![Remedy::of(CORRECT)],
         sentence: format!(
             "{}: {:.1} s in {} pieces were not measured but are missing, held or filled in; the longest is {:.1} s from {:.1} s on{at}",
             signal.title,

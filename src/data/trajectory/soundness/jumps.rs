@@ -5,6 +5,7 @@ use super::held::merge;
 use super::limits::LIMITS;
 use super::link::{Link, Signal, rates};
 use crate::statistics::{robust_scale, upper_median};
+use crate::text::option::{CORRECT, FROM, RECONCILE, TO};
 use std::ops::Range;
 
 /// Time within which a jump may happen; changes closer together are one event \[s\].
@@ -121,19 +122,19 @@ fn slow_events(steps: &[f64], seen: &[usize], width: usize) -> Vec<Range<usize>>
 pub(super) fn finding(link: &Link, jumps: &[Jump]) -> Option<Finding> {
     let matters = jumps.iter().any(Jump::matters);
     // Beside large ones, small ones do not matter.
-    let told: Vec<&Jump> = jumps.iter().filter(|jump| !matters || jump.matters()).collect();
-    let largest = told.iter().copied().max_by(|a, b| a.value().abs().total_cmp(&b.value().abs()))?;
-    let named: Vec<String> = told.iter().take(NAMED).map(|jump| shown(link, jump)).collect();
-    let more = match told.len().saturating_sub(NAMED) {
+    let reported: Vec<&Jump> = jumps.iter().filter(|jump| !matters || jump.matters()).collect();
+    let largest = reported.iter().copied().max_by(|a, b| a.value().abs().total_cmp(&b.value().abs()))?;
+    let named: Vec<String> = reported.iter().take(NAMED).map(|jump| shown(link, jump)).collect();
+    let more = match reported.len().saturating_sub(NAMED) {
         0 => String::new(),
         more => format!(", and {more} more times"),
     };
-    let what = if told[0].size < 0.0 { "a car that cut in" } else { "another car ahead" };
+    let what = if reported[0].size < 0.0 { "a car that cut in" } else { "another car ahead" };
     Some(Finding {
         interval: interval(largest.value(), largest.error),
-        when: told.iter().map(|jump| [link.time(jump.range.start), link.time(jump.range.end)]).collect(),
+        when: reported.iter().map(|jump| [link.time(jump.range.start), link.time(jump.range.end)]).collect(),
         matters,
-        remedies: longest_without(link, &told),
+        remedies: longest_without(link, &reported),
         sentence: format!(
             "{}: jumps {}{more}, which the two speeds do not show: {what}?",
             link.called,
@@ -163,8 +164,8 @@ fn longest_without(link: &Link, jumps: &[&Jump]) -> Vec<Remedy> {
     let (from, to) = starts.zip(ends).reduce(longer).unwrap_or((0, last));
     // Without rounding dust.
     let time = |option, sample| Remedy { option, value: Some(format!("{}", (link.time(sample) * 1e3).round() / 1e3)) };
-    let from = (from > 0).then(|| time("from", from));
-    from.into_iter().chain((to < last).then(|| time("to", to))).collect()
+    let from = (from > 0).then(|| time(FROM, from));
+    from.into_iter().chain((to < last).then(|| time(TO, to))).collect()
 }
 
 /// Samples of a signal that are far from their neighbours and return at once: no car moves like that.
@@ -214,9 +215,9 @@ pub(super) fn spiky(signal: &Signal, link: &Link, spikes: &[Range<usize>]) -> Op
     let samples: usize = spikes.iter().map(Range::len).sum();
     let times: Vec<String> = spikes.iter().take(NAMED).map(|r| format!("{:.1}", link.time(r.start))).collect();
     let more = if spikes.len() > NAMED { ", ..." } else { "" };
-    let mut remedies = vec![Remedy::of("correct")];
+    let mut remedies = vec![Remedy::of(CORRECT)];
     if signal.name == "gap" {
-        remedies.push(Remedy { option: "reconcile", value: Some("speeds".to_owned()) });
+        remedies.push(Remedy { option: RECONCILE, value: Some("speeds".to_owned()) });
     }
     Some(Finding {
         when: spikes.iter().map(|r| [link.time(r.start), link.time(r.end - 1)]).collect(),

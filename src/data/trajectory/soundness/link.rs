@@ -134,14 +134,14 @@ impl Link {
     }
 
     /// Change of the gap between two samples by the speeds \[m\]: a straight line between the measured values.
-    pub(super) fn told(&self, a: usize, b: usize) -> f64 {
+    pub(super) fn change_by_speeds(&self, a: usize, b: usize) -> f64 {
         let dv = |i: usize| self.v_l[i] - self.v_f[i];
         0.5 * (dv(a) + dv(b)) * (b - a) as f64 * self.dt
     }
 
     /// Change of the gap between two samples minus that by the speeds \[m\]; NaN if a value is missing.
     pub(super) fn step(&self, a: usize, b: usize) -> f64 {
-        self.gap[b] - self.gap[a] - self.told(a, b)
+        self.gap[b] - self.gap[a] - self.change_by_speeds(a, b)
     }
 
     /// Change of the gap over that by the speeds, if they vary together; `size` is the unit of time \[s\].

@@ -8,6 +8,7 @@ use super::limits::LIMITS;
 use super::link::{Link, Signal};
 use super::spectrum;
 use crate::statistics::robust_scale;
+use crate::text::option::{CORRECT, GOF, RESAMPLE, SMOOTH};
 
 /// Variance of third differences of white noise of variance 1.
 const THIRD_DIFFERENCE: f64 = 20.0;
@@ -80,7 +81,7 @@ fn level(d: &[f64], block: usize) -> Option<(f64, f64)> {
 
 /// True if there is as much noise as a sensor has, and the rate is high enough to distinguish it from driving.
 pub(super) fn noisy(signal: &Signal, link: &Link) -> bool {
-    told(link)
+    resolves_noise(link)
         && level(&third(signal, link), link.samples(BLOCK_S)).is_some_and(|(sigma, _)| sigma > signal.noise_floor)
 }
 
@@ -96,13 +97,13 @@ fn autocorrelation(d: &[f64]) -> Vec<f64> {
 }
 
 /// True if the rate is high enough to distinguish noise from driving.
-fn told(link: &Link) -> bool {
+fn resolves_noise(link: &Link) -> bool {
     link.dt * LIMITS.noise_rate <= 1.0
 }
 
 /// A signal that is smoother than that of a sensor.
 pub(super) fn smoothed(signal: &Signal, link: &Link) -> Option<Finding> {
-    if !told(link) {
+    if !resolves_noise(link) {
         return None;
     }
     let d = third(signal, link);
@@ -145,7 +146,7 @@ pub(super) fn quantised(signal: &Signal) -> Option<Finding> {
     let count = steps().count();
     (q >= least && count >= RUNS && whole as f64 >= MOST * count as f64).then(|| Finding {
         matters: true,
-        remedies: vec![Remedy::of("smooth")],
+        remedies: vec![Remedy::of(SMOOTH)],
         sentence: format!("{}: has steps of {q:.3} {}, and nothing between", signal.title, signal.unit),
         ..Finding::new(FindingKind::Quantised, signal.who, signal.name, q, signal.unit)
     })
@@ -177,7 +178,7 @@ pub(super) fn resampled(signal: &Signal, link: &Link) -> Option<Resampled> {
     let held = how == HELD;
     let finding = Finding {
         matters: rate < if held { LIMITS.held_rate } else { LIMITS.slow_rate },
-        remedies: if held { vec![Remedy::of("correct")] } else { Vec::new() },
+        remedies: if held { vec![Remedy::of(CORRECT)] } else { Vec::new() },
         sentence: format!(
             "{}: sampled at {rate:.3} Hz, not at the file's {:.3} Hz, and {how}",
             signal.title,
@@ -260,9 +261,9 @@ pub(super) fn drowned(link: &Link) -> Option<Finding> {
     (total > 0.0 && share > LIMITS.mostly_noise).then(|| Finding {
         matters: true,
         remedies: vec![
-            Remedy { option: "gof", value: Some("nrmse-s".to_owned()) },
-            Remedy::of("smooth"),
-            Remedy::of("resample"),
+            Remedy { option: GOF, value: Some("nrmse-s".to_owned()) },
+            Remedy::of(SMOOTH),
+            Remedy::of(RESAMPLE),
         ],
         sentence: format!(
             "the acceleration of the follower, from its speeds every {dt} s, is noise to {:.0} % (of its variance)",

@@ -4,6 +4,7 @@ use super::finding::{Finding, FindingKind, Remedy, Who, Z_95, interval};
 use super::limits::LIMITS;
 use super::link::Link;
 use crate::statistics::upper_median;
+use crate::text::option::CORRECT;
 
 /// Blocks for the standard error \[s\].
 const BLOCK_S: f64 = 30.0;
@@ -21,9 +22,7 @@ pub(super) fn gap_offset(link: &Link) -> Seen {
         return Seen::No("a constant error of the gap (it needs positions of both cars)");
     };
     let Some(len_l) = link.len_l else {
-        return Seen::No(
-            "a constant error of the gap (it needs the length of the car ahead)",
-        );
+        return Seen::No("a constant error of the gap (it needs the length of the car ahead)");
     };
     let off = |i: usize| link.gap[i] - (x_l[i] - x_f[i] - len_l);
     let starts = (0..link.len()).step_by(link.samples(BLOCK_S));
@@ -45,7 +44,7 @@ pub(super) fn gap_offset(link: &Link) -> Seen {
     Seen::Finding(Box::new(Finding {
         interval: interval(mean, error),
         matters: mean.abs() > LIMITS.offset_matters,
-        remedies: vec![Remedy::of("correct")],
+        remedies: vec![Remedy::of(CORRECT)],
         sentence: format!(
             "the gap is {mean:+.2} ± {:.2} m off the distance of the two positions less the length of the car ahead",
             Z_95 * error

@@ -30,18 +30,18 @@ fn drive(dt: f64) -> Link {
 }
 
 /// Findings that matter in a link, in words.
-fn told(link: &Link) -> Vec<String> {
-    check_link(link).findings.iter().filter(|finding| finding.matters).map(Finding::told).collect()
+fn messages(link: &Link) -> Vec<String> {
+    check_link(link).findings.iter().filter(|finding| finding.matters).map(Finding::message).collect()
 }
 
 #[test]
 fn nothing_is_said_of_a_sound_drive() {
     for dt in [0.04, 0.1, 0.5, 1.0] {
-        assert_eq!(told(&drive(dt)), Vec::<String>::new(), "{dt}");
+        assert_eq!(messages(&drive(dt)), Vec::<String>::new(), "{dt}");
         // A gap of steps of 0.1 m.
         let mut coarse = drive(dt);
         coarse.gap.iter_mut().for_each(|gap| *gap = (*gap * 10.0).round() / 10.0);
-        assert_eq!(told(&coarse), Vec::<String>::new(), "{dt}, coarse");
+        assert_eq!(messages(&coarse), Vec::<String>::new(), "{dt}, coarse");
     }
 }
 
@@ -52,7 +52,7 @@ fn a_value_that_is_renewed_once_in_a_second_is_named_and_mended() {
         let signal = [&mut held.v_l, &mut held.v_f, &mut held.gap].into_iter().nth(k).expect("three");
         let before = signal.clone();
         signal.iter_mut().enumerate().for_each(|(i, y)| *y = before[i / 10 * 10]);
-        let found = told(&held);
+        let found = messages(&held);
         assert!(found.iter().any(|s| s.contains("sampled at 1.000 Hz") && s.contains("--correct")), "{k}: {found:?}");
         assert!(found.len() == 1, "{k}: nothing else is wrong, least of all a unit: {found:?}");
     }
@@ -64,7 +64,7 @@ fn a_jump_is_named_with_time_size_and_window() {
         let mut cut_in = drive(dt);
         let from = (70.0 / dt).round() as usize;
         cut_in.gap[from..].iter_mut().for_each(|gap| *gap -= 15.0);
-        let found = told(&cut_in);
+        let found = messages(&cut_in);
         assert_eq!(found.len(), 1, "{found:?}");
         assert!(
             found[0].starts_with("spacing_m: jumps down by 15.")
@@ -83,7 +83,7 @@ fn a_jump_is_named_with_time_size_and_window() {
                 *gap = f64::NAN;
             }
         }
-        let found = told(&slow);
+        let found = messages(&slow);
         assert!(found.len() == 1 && found[0].contains("down by 1"), "{lost}: {found:?}");
         assert!(found[0].contains("--from 4"), "{found:?}");
     }
@@ -97,7 +97,7 @@ fn spikes_are_no_car_that_cut_in() {
             let at: Vec<usize> = (1..6).map(|k| (k as f64 * 19.3 / dt) as usize).collect();
             let values = if signal == "gap" { &mut link.gap } else { &mut link.v_f };
             at.iter().for_each(|&i| values[i..i + width].iter_mut().for_each(|y| *y += off));
-            let found = told(&link);
+            let found = messages(&link);
             assert!(found.len() == 1 && found[0].contains("spikes"), "{dt} {width} {signal} {off}: {found:?}");
             assert!(found[0].contains(&format!("{} of", 5 * width)) && found[0].contains("--correct"), "{found:?}");
         }
@@ -109,7 +109,7 @@ fn a_value_that_is_held_is_named() {
     for no_target in [25.5, 255.0, 327.67] {
         let mut link = drive(0.1);
         link.gap[300..420].fill(no_target);
-        let found = told(&link);
+        let found = messages(&link);
         let stays = format!("from 30.0 s on, at {no_target} m to the last digit");
         assert!(found.iter().any(|s| s.starts_with("spacing_m: ") && s.contains("s from 30.")), "{found:?}");
         assert!(found.iter().any(|s| s.contains(&stays) || s.contains(&stays.replace("30.0", "30.1"))), "{found:?}");
@@ -117,7 +117,7 @@ fn a_value_that_is_held_is_named() {
     let mut hangs = drive(0.1);
     let at = hangs.v_f[500];
     hangs.v_f[500..580].fill(at);
-    let found = told(&hangs);
+    let found = messages(&hangs);
     assert!(found.iter().any(|s| s.starts_with("the speed of the follower: ")), "{found:?}");
 }
 
@@ -127,7 +127,7 @@ fn what_a_radar_says_without_a_target_is_one_fault() {
         let mut link = drive(0.1);
         let values = [&mut link.v_l, &mut link.v_f, &mut link.gap].into_iter().nth(k).expect("three");
         (1..6).for_each(|place| values[place * 190..place * 190 + 8].fill(value));
-        let found = told(&link);
+        let found = messages(&link);
         assert!(found.len() == 1 && found[0].contains("4.0 s in 5 pieces were not measured"), "{k} {value}: {found:?}");
     }
 }
@@ -137,7 +137,7 @@ fn a_speed_that_is_held_for_a_fifth_of_a_second_is_named() {
     let mut held = drive(0.1);
     let before = held.v_f.clone();
     held.v_f.iter_mut().enumerate().for_each(|(i, v)| *v = before[i / 2 * 2]);
-    let found = told(&held);
+    let found = messages(&held);
     assert!(found.len() == 1 && found[0].contains("sampled at 5.000 Hz"), "{found:?}");
 }
 
@@ -150,7 +150,7 @@ fn a_late_clock_is_one_fault() {
             for (place, values) in [&mut link.v_l, &mut link.v_f, &mut link.gap].into_iter().enumerate() {
                 *values = if place == k { values[..whole - late].to_vec() } else { values[late..].to_vec() };
             }
-            let found = told(&link);
+            let found = messages(&link);
             assert!(found.len() == 1 && found[0].contains(" s late against"), "{k} {late}: {found:?}");
         }
     }
@@ -170,7 +170,7 @@ fn other_units_of_time_are_named() {
     ] {
         let seconds = drive(dt);
         let found = time::of_unit(&Link { dt: dt / size, ..seconds }).expect(expected);
-        assert!(found.told().contains(expected), "{dt} {size}: {}", found.told());
+        assert!(found.message().contains(expected), "{dt} {size}: {}", found.message());
     }
     for dt in [0.01, 0.04, 0.1, 0.5, 1.0] {
         assert_eq!(time::of_unit(&drive(dt)), None, "{dt}");
@@ -184,18 +184,18 @@ fn units_and_exchanged_speeds_are_named() {
         for v in [&mut scaled.v_l, &mut scaled.v_f] {
             v.iter_mut().for_each(|v| *v *= factor);
         }
-        let found = told(&scaled);
+        let found = messages(&scaled);
         assert!(found.iter().any(|said| said.contains(expected)), "{factor}: {found:?}");
     }
     let mut exchanged = drive(0.1);
     std::mem::swap(&mut exchanged.v_l, &mut exchanged.v_f);
-    let found = told(&exchanged);
+    let found = messages(&exchanged);
     assert!(found.len() == 1 && found[0].contains("swapped") && found[0].contains("--correct"), "{found:?}");
     let mut feet = drive(0.1);
     for signal in [&mut feet.v_l, &mut feet.v_f, &mut feet.gap] {
         signal.iter_mut().for_each(|y| *y /= 0.3048);
     }
-    let found = told(&feet);
+    let found = messages(&feet);
     assert!(found.iter().any(|s| s.starts_with("the speed of the follower is up to 7")), "{found:?}");
 }
 
@@ -209,27 +209,27 @@ fn coarse_steps_of_a_speed_are_named() {
 }
 
 #[test]
-fn accelerations_that_are_mostly_noise_are_told() {
+fn accelerations_that_are_mostly_noise_are_reported() {
     // Positions that err by 5 cm at 25 Hz, differentiated once.
     let noise = |i: usize| 0.05 * noise(i);
     let link = |dt: f64, noise: &dyn Fn(usize) -> f64| Link {
         v_f: (0..2000).map(|i| 20.0 + 3.0 * (0.2 * dt * i as f64).sin() + (noise(i + 1) - noise(i)) / dt).collect(),
         ..drive(dt)
     };
-    let found = noise::drowned(&link(0.04, &noise)).expect("noise").told();
+    let found = noise::drowned(&link(0.04, &noise)).expect("noise").message();
     assert!(found.contains("is noise to 9") || found.contains("is noise to 100 %"), "{found}");
     assert_eq!(noise::drowned(&link(0.04, &|_| 0.0)), None);
     assert_eq!(noise::drowned(&link(1.0, &|i| 0.1 * noise(i))), None);
 }
 
 #[test]
-fn a_clock_is_told_from_seconds() {
+fn a_clock_is_distinguished_from_seconds() {
     let clock = |i: u32| {
         let s = 53_910.0 + f64::from(i) * 0.5;
         (s / 3600.0).floor() * 1e4 + (s / 60.0).floor() % 60.0 * 100.0 + s % 60.0
     };
     let t: Vec<f64> = (0..600).map(clock).collect();
-    let found = time::of_clock(&t).expect("a clock").told();
+    let found = time::of_clock(&t).expect("a clock").message();
     assert!(found.contains("145859.5 is followed by 145900") && found.contains("5 full minutes"), "{found}");
     let seconds: Vec<f64> = (0..6000).map(|i| f64::from(i) * 0.1).collect();
     assert_eq!(time::of_clock(&seconds), None);

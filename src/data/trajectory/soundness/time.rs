@@ -2,6 +2,7 @@
 
 use super::finding::{Finding, FindingKind, Remedy, Who};
 use super::link::Link;
+use crate::text::option::COLUMNS;
 use crate::trajectory::error::problem::DAYS_STEP_S;
 use crate::trajectory::prepare::{STEP_MAX_S, median_step};
 
@@ -40,7 +41,7 @@ pub(super) fn of_unit(link: &Link) -> Option<Finding> {
     let step = if link.dt < 1e-3 { format!("{:.1e}", link.dt) } else { format!("{:.4}", link.dt) };
     Some(Finding {
         matters: true,
-        remedies: vec![Remedy::of("columns")],
+        remedies: vec![Remedy::of(COLUMNS)],
         sentence: format!(
             "times from {} on, with steps of {step}: {what}? A column map with {remedy} for the time reads it",
             link.t_0
@@ -65,7 +66,7 @@ pub(super) fn of_clock(t: &[f64]) -> Option<Finding> {
     Some(Finding {
         when: vec![[first[0], first[1]]],
         matters: true,
-        remedies: vec![Remedy::of("columns")],
+        remedies: vec![Remedy::of(COLUMNS)],
         sentence: format!(
             "the time looks like a clock, HHMMSS: {} is followed by {}, as at {minutes} full minutes; a column map with \
              unit = \"hhmmss\" for the time reads it",

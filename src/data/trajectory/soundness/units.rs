@@ -3,6 +3,7 @@
 use super::finding::{Finding, FindingKind, Remedy, Who};
 use super::limits::LIMITS;
 use super::link::Link;
+use crate::text::option::{COLUMNS, CORRECT};
 use crate::trajectory::factor;
 
 /// Gap and speeds vary together, but by a factor that is not about 1.
@@ -11,7 +12,7 @@ pub(super) fn factor(link: &Link) -> Option<Finding> {
     let exchanged = ratio < 0.0;
     let kind = if exchanged { FindingKind::Exchanged } else { FindingKind::Unit };
     let hint = factor::explain(ratio).map_or_else(String::new, |hint| format!(" ({hint})"));
-    let mend = if exchanged && link.alone { "correct" } else { "columns" };
+    let mend = if exchanged && link.alone { CORRECT } else { COLUMNS };
     Some(Finding {
         matters: true,
         remedies: vec![Remedy::of(mend)],
@@ -29,7 +30,7 @@ pub(super) fn too_fast(link: &Link) -> impl Iterator<Item = Finding> + '_ {
         Some(Finding {
             when: vec![[link.time(first), link.time(v.iter().rposition(|v| *v > LIMITS.fast)?)]],
             matters: true,
-            remedies: vec![Remedy::of("columns")],
+            remedies: vec![Remedy::of(COLUMNS)],
             sentence: format!(
                 "{} is up to {highest:.1} m/s ({:.0} km/h), above {} m/s in {} samples, the first at {:.1} s: no follower \
                  drives that fast; is it in ft/s or km/h?",

@@ -13,6 +13,7 @@ use crate::diagnose::drive::smoothing::smoothed;
 use crate::diagnose::drive::standstill::with_signs;
 use crate::evaluator::{Case, CaseError, smoothed_acceleration};
 use crate::symbols::Symbol;
+use crate::text::option::HOLDOUT;
 use crate::trajectory::{Grade, Trajectory, integrate};
 use crate::vehicle::Vehicle;
 use std::ops::Range;
@@ -68,7 +69,7 @@ pub enum DriveError {
     TooShort { label: String, jumps: usize, longest: f64, shortest: f64 },
     #[error(
         "{label}: it has {whole:.1} s, of which the last third ({held:.1} s) is held back; either part needs a stretch of {SHORTEST_S} s, \
-         so {:.0} s in all; give a longer recording, or --holdout OTHER.csv, which keeps all of this one for training",
+         so {:.0} s in all; give a longer recording, or {HOLDOUT} OTHER.csv, which keeps all of this one for training",
         SHORTEST_S / (1.0 - TRAINED_ON)
     )]
     HeldBack { label: String, whole: f64, held: f64 },

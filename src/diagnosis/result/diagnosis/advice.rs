@@ -3,6 +3,7 @@
 use super::Outcome;
 use crate::diagnose::Verdict;
 use crate::diagnose::drive::drivers::DIFFERENT;
+use crate::text::option::{FROM, TO};
 
 impl Outcome {
     /// The action before the verdict, if the data are at fault.
@@ -31,9 +32,10 @@ impl Outcome {
         let broken = self.data_findings.iter().any(|f| f.name == "inconsistent");
         let shaken = matches!(self.verdict, Verdict::BadBase | Verdict::Unexplained);
         (broken && shaken).then(|| {
-            "The data are broken (section 1: INCONSISTENT), and no base model can follow them: correct the data first (section 1), or \
-             select the sound part with --from and --to"
-                .to_owned()
+            format!(
+                "The data are broken (section 1: INCONSISTENT), and no base model can follow them: correct the data first (section 1), or \
+                 select the sound part with {FROM} and {TO}"
+            )
         })
     }
 

@@ -96,7 +96,7 @@ impl FindingEntry {
             line: finding.line,
             matters: finding.matters,
             effect: finding.matters.then(|| finding.kind.effect().to_owned()),
-            remedies: finding.remedies.iter().map(|remedy| remedy.to_string()[2..].to_owned()).collect(),
+            remedies: finding.remedies.iter().map(crate::trajectory::Remedy::named).collect(),
             sentence: finding.sentence.clone(),
             correction: finding.correction.clone(),
         }
