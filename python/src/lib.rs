@@ -11,11 +11,12 @@ mod study;
 mod threads;
 mod watch;
 
-use leadlag::internal::text::option::{Opt, flag, word_options};
+use leadlag::internal::text::option::{Opt, flag, in_file, word_options};
 use pyo3::create_exception;
 use pyo3::exceptions::PyException;
 use pyo3::prelude::*;
 use std::path::PathBuf;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 create_exception!(leadlag, Error, PyException, "A failure: place, expected value, found value, remedy.");
 create_exception!(leadlag, UsageError, Error, "An invalid request, whatever the data.");
@@ -28,13 +29,37 @@ fn raised(error: leadlag::Error) -> PyErr {
 
 /// How messages name an option here: by its keyword.
 fn keyword(option: Opt) -> String {
+    if COMMANDS.load(Ordering::Relaxed) > 0 {
+        return flag(option);
+    }
     let id = option.id();
-    match id.as_str() {
+    let word = match id.as_str() {
         "from" => "start".to_owned(),
         "to" => "end".to_owned(),
         "evaluator" | "gpu" => "device".to_owned(),
         "extend" => "Model(extend=...)".to_owned(),
         _ => id,
+    };
+    // Otherwise `to` or `data` would look like a word of the sentence.
+    format!("`{word}`")
+}
+
+/// Commands that run in this process; their messages name flags.
+static COMMANDS: AtomicUsize = AtomicUsize::new(0);
+
+/// A command that runs, to its end or its panic.
+struct Running;
+
+impl Running {
+    fn begin() -> Running {
+        COMMANDS.fetch_add(1, Ordering::Relaxed);
+        Running
+    }
+}
+
+impl Drop for Running {
+    fn drop(&mut self) {
+        COMMANDS.fetch_sub(1, Ordering::Relaxed);
     }
 }
 
@@ -43,16 +68,14 @@ fn keyword(option: Opt) -> String {
 fn run(py: Python<'_>, words: Vec<String>) -> u8 {
     // Its threads are those of this process.
     threads::POOL.is_elsewhere();
-    word_options(flag);
-    let code = py.detach(|| leadlag::cli::run(words));
-    word_options(keyword);
-    code
+    let _running = Running::begin();
+    py.detach(|| leadlag::cli::run(words))
 }
 
 /// The page for the main file of a folder that `save` wrote.
 #[pyfunction]
 fn page(py: Python<'_>, file: PathBuf) -> PyResult<String> {
-    watch::done(py, move || leadlag::cli::page(&file))
+    watch::done(py, move || in_file(|| leadlag::cli::page(&file)))
 }
 
 #[pymodule]

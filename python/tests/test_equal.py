@@ -109,8 +109,13 @@ def test_a_fleet(folder: Path, tmp_path: Path) -> None:
 
 
 def test_a_diagnosis(folder: Path, tmp_path: Path) -> None:
-    files = [str(folder / f"drive{seed}" / "pair_follower1.csv") for seed in (1, 2)]
+    files = [str(tmp_path / f"{seed}.csv") for seed in (1, 2)]
+    for seed, file in zip((1, 2), files):
+        lines = [line.split(",") for line in (folder / f"drive{seed}" / "pair_follower1.csv").read_text().splitlines()]
+        grade = lines[0].index("sin_grade")
+        Path(file).write_text("".join(",".join(cells[:grade] + cells[grade + 1 :]) + "\n" for cells in lines))
     out = run("diagnose", *files, "--base", "l-cth", "--effort", "quick", "--json")
+    assert "give --grade FILE" in out, "an option in a text of the file"
     findings = ll.diagnose([ll.read(file) for file in files], base="l-cth", effort="quick", progress=False)
     assert findings.to_json() == out
     assert findings.verdict == json.loads(out)["verdict"]

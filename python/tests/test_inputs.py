@@ -239,7 +239,7 @@ def test_warnings_speak_python(drive: ll.Drive) -> None:
     with pytest.warns(UserWarning) as told:
         ll.calibrate(slow, "idm", **FEW)
     assert all("--" not in str(one.message) for one in told)
-    with pytest.warns(UserWarning, match="gof nrmse-s"):
+    with pytest.warns(UserWarning, match="`gof` nrmse-s"):
         rough = ll.Drive(noisy(drive, 0.3))
     assert rough.warnings and all("--" not in text for text in rough.warnings)
 

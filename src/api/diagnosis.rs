@@ -21,7 +21,7 @@ use crate::fleet::Drive as OfFleet;
 use crate::race::loss::SHORTEST_S;
 use crate::race::{NotFollowed, Policy, Request, Unit, race, rounds};
 use crate::result::diagnosis::{DataEntry, FindingEntry, Outcome};
-use crate::text::option::HOLDOUT;
+use crate::text::option::{HOLDOUT, in_file};
 use crate::text::spelling::any_of;
 use crate::trajectory::{Recording, Trajectory};
 use crate::wgsl::{library, read_extension};
@@ -198,7 +198,7 @@ impl Loading {
         let (units, others): (Vec<_>, Vec<_>) =
             trajectory.findings().partition(|finding| is_unit(finding.kind) && finding.correction.is_none());
         let findings = others.into_iter().map(|finding| FindingEntry::new(trajectory, finding)).collect();
-        let units = units.first().map(|finding| finding.message());
+        let units = units.first().map(|finding| in_file(|| finding.message()));
         let mut entry = DataEntry { units, ..DataEntry::of(trajectory, role) };
         entry.take(&soundness);
         Ok(Examined { picked, entry, findings })
@@ -274,7 +274,7 @@ impl Asked<'_> {
         for pair in &pairs.pairs {
             let cut = |drive: &OfFleet| Ok(Diagnosed::pieces(&drive.trajectory, drive.vehicle.as_ref(), SHORTEST_S)?.0);
             let pieces = pair.drive.as_ref().map_err(Clone::clone);
-            match pieces.and_then(|drive| cut(drive).map_err(|error: DriveError| error.to_string())) {
+            match pieces.and_then(|drive| cut(drive).map_err(|error: DriveError| in_file(|| error.to_string()))) {
                 Ok(pieces) => drives.extend(pieces),
                 Err(why) => {
                     unusable.push([pair.place(), why]);

@@ -11,7 +11,7 @@ use crate::fleet::{self, Held, Journal, Model, Pair, Settings};
 use crate::score::GoodnessOfFit;
 use crate::study::fingerprint;
 use crate::study::table::Table;
-use crate::text::option::{HOLDOUT, MODEL};
+use crate::text::option::{HOLDOUT, MODEL, in_file};
 use crate::trajectory::PrepareError;
 use crate::trajectory::import::is_companion;
 use crate::trajectory::soundness::FindingKind;
@@ -237,7 +237,7 @@ impl Pairs {
             });
             let drive = match one.drive {
                 Ok(l) => Ok(fleet::Drive { trajectory: l.trajectory, vehicle: l.vehicle.map(|(vehicle, _)| vehicle) }),
-                Err(error) => Err(format!("{error:#}")),
+                Err(error) => Err(in_file(|| format!("{error:#}"))),
             };
             self.pairs.push(Pair {
                 file: file.clone(),

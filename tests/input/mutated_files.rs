@@ -142,9 +142,14 @@ fn piece(file: &[u8], at: usize, ends: impl Fn(u8) -> bool) -> std::ops::Range<u
 
 /// Breaks files for the requested time; `read` returns whether one is still accepted.
 fn attack(read: impl Fn(&mut Vandal) -> bool + Sync) {
+    attack_for(1, read);
+}
+
+/// The same in one of this many parts of the time.
+fn attack_for(parts: u32, read: impl Fn(&mut Vandal) -> bool + Sync) {
     let seconds = std::env::var("LEADLAG_FUZZ_SECONDS").map_or(1, |seconds| seconds.parse().expect("a number"));
     let (began, mut count, mut taken, mut longest) = (Instant::now(), 0_u64, 0_u64, Duration::ZERO);
-    while began.elapsed() < Duration::from_secs(seconds) {
+    while began.elapsed() < Duration::from_secs(seconds) / parts {
         // Many per thread, with the seed as its name, so that a panic shows which ones.
         let work = || {
             let mut vandal = Vandal(ChaCha8Rng::seed_from_u64(count));
@@ -181,7 +186,7 @@ fn broken_files_of_any_layout_and_of_each() {
         (&[PAIR], Some("pair")),
     ];
     for (files, layout) in layouts {
-        attack(|vandal| all_steps::run(&vandal.broken(files), layout));
+        attack_for(6, |vandal| all_steps::run(&vandal.broken(files), layout));
     }
 }
 

@@ -192,7 +192,10 @@ fn empty_tables_do_not_replace_those_of_the_plan_before() {
     ok(&["study", "plan", text(&file), "--out", text(&study)]);
     let (code, said) = fails(&["study", "merge", text(&study), "--partial"]);
     assert_eq!(code, 1);
-    assert!(said.contains("no task of this plan is done, and ") && said.contains("--out writes elsewhere"), "{said}");
+    assert!(
+        said.contains("no task of this plan is done, and ") && said.contains("--out DIR writes elsewhere"),
+        "{said}"
+    );
     same(&files(&study.join("merged")), &tables, "after the refusal");
     let elsewhere = study.with_file_name("elsewhere");
     ok(&["study", "merge", text(&study), "--partial", "--out", text(&elsewhere)]);

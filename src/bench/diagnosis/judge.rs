@@ -50,8 +50,8 @@ pub struct DiagnosisOutcome {
     /// Inflation, missing acceleration \[m/s²\] and its time constant \[s\] of the base.
     #[serde(default)]
     pub base: [f64; 3],
-    /// NRMSE(s,v,a) of free simulations of the hold-out, if an effect was named: base and extended model, both calibrated on the training
-    /// drives, and the truth.
+    /// NRMSE(s,v,a) of free simulations of the hold-out, if an effect was named: base and extended model as the likelihood fits them to the
+    /// training drives, and the truth.
     #[serde(default)]
     pub gain: Option<[f64; 3]>,
     /// Evidence for the truth, fitted from the planted values, in cases with one or two effects. Older journals lack it for effects that

@@ -66,7 +66,7 @@ pub fn tables(of: &Place, partial: bool, out: Option<&Path>) -> anyhow::Result<(
         let (out, shown) = (out.display(), of.folder.display());
         bail!(
             "no task of this plan is done, and {out} holds tables with rows, which empty ones would replace; \
-             `leadlag study run {shown}` computes the tasks, {OUT} writes elsewhere"
+             `leadlag study run {shown}` computes the tasks, {OUT} DIR writes elsewhere"
         );
     }
     let study = folder.study_file()?;

@@ -1,6 +1,7 @@
 //! Options in messages. A text names an option by its id, such as `{MAX_GAP}`, and the front end of the process words it.
 
 use serde::{Serialize, Serializer};
+use std::cell::Cell;
 use std::fmt;
 use std::sync::{PoisonError, RwLock};
 
@@ -39,7 +40,10 @@ impl Serialize for Opt {
 
 impl fmt::Display for Opt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let wording = *WORDING.read().unwrap_or_else(PoisonError::into_inner);
+        let wording = match IN_FILE.get() {
+            true => flag,
+            false => *WORDING.read().unwrap_or_else(PoisonError::into_inner),
+        };
         f.write_str(&wording(*self))
     }
 }
@@ -48,6 +52,18 @@ impl fmt::Display for Opt {
 #[must_use]
 pub fn flag(option: Opt) -> String {
     format!("--{}", option.id().replace('_', "-"))
+}
+
+thread_local! {
+    static IN_FILE: Cell<bool> = const { Cell::new(false) };
+}
+
+/// Words options as flags in the texts that `make` formats on this thread: files must not depend on the front end.
+pub fn in_file<T>(make: impl FnOnce() -> T) -> T {
+    let before = IN_FILE.replace(true);
+    let made = make();
+    IN_FILE.set(before);
+    made
 }
 
 /// Words the options in all later messages of this process.
@@ -63,5 +79,9 @@ mod tests {
     fn an_option_is_a_flag_in_messages_and_its_id_elsewhere() {
         assert_eq!(format!("raise {MAX_GAP}"), "raise --max-gap");
         assert_eq!(MAX_GAP.id(), "max_gap");
+        word_options(Opt::id);
+        let in_both = [format!("raise {MAX_GAP}"), in_file(|| format!("raise {MAX_GAP}"))];
+        word_options(flag);
+        assert_eq!(in_both, ["raise max_gap", "raise --max-gap"]);
     }
 }

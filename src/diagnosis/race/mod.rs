@@ -193,10 +193,10 @@ impl First {
         let laws = others.par_iter().filter_map(law).collect();
         watching.go_on()?;
         let is_late = |set: &&Vec<&'static Extension>| set.iter().any(|cause| cause.family() == PHASE);
-        let all = sets(request.causes, request.named);
-        let single: Vec<&Vec<&'static Extension>> = all.iter().filter(is_late).collect();
+        let all = sets(request.causes, &[]);
+        let with_late: Vec<&Vec<&'static Extension>> = all.iter().filter(is_late).collect();
         let of_late =
-            |set: &&Vec<&'static Extension>| single.iter().any(|late| set.iter().all(|cause| late.contains(cause)));
+            |set: &&Vec<&'static Extension>| with_late.iter().any(|late| set.iter().all(|cause| late.contains(cause)));
         let late: Vec<Vec<&'static Extension>> = all.iter().filter(of_late).cloned().collect();
         let late = with_causes(&field, &base, &late, Vec::new(), watching)?;
         Ok(First { base, laws, late, field })
@@ -420,7 +420,7 @@ fn round(
     let mut entered = with_causes(field, own, &sets, known, watching)?;
     watching.show(done + 0.2, "judging causes on unseen drives")?;
     let is_worth =
-        |entry: &&mut Entry| entry.is_worth(own, policy.worth_trying) || is_same(entry.added(own), request.named);
+        |entry: &&mut Entry| entry.is_worth(own, policy.worth_trying) || is_same(&entry.causes, request.named);
     let worth = entered.par_iter_mut().filter(is_worth);
     worth.try_for_each(|entry| field.judge(entry, Some(&answer.entries[0]), watching))?;
     answer.simulations += entered.iter().map(|entry| entry.simulations).sum::<u64>();

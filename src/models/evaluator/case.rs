@@ -8,6 +8,7 @@ use crate::symbols::{Bounds, Parameters, Symbol};
 use crate::text::option::{BOUNDS, GRADE, VEHICLE};
 use crate::trajectory::{Grade, Trajectory};
 use crate::vehicle::Vehicle;
+use std::fmt;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -55,12 +56,38 @@ pub struct Case {
     pub earliest: usize,
 }
 
+/// What supplies a signal that a variant lacks.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[allow(missing_docs, reason = "the message of each variant says what it is")]
+pub enum Supply {
+    Vehicle,
+    Curve,
+    Grade,
+    Platoon,
+}
+
+impl fmt::Display for Supply {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        match self {
+            Supply::Vehicle => write!(f, "give {VEHICLE} NAME or FILE#NAME"),
+            Supply::Curve => write!(
+                f,
+                "give {VEHICLE} FILE#NAME of a table that names an `mfc` file, or put mfc_SLUG.csv beside the table"
+            ),
+            Supply::Grade => write!(f, "give {GRADE} FILE, or {GRADE} level for a level road"),
+            Supply::Platoon => {
+                f.write_str("use a follower further back in the platoon, or give the column lead2_... of a pair file")
+            }
+        }
+    }
+}
+
 /// A trajectory that a variant cannot run on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum CaseError {
     #[error("{label}: variant {variant} needs {what}; {remedy}")]
-    Missing { label: String, variant: String, what: &'static str, remedy: String },
+    Missing { label: String, variant: String, what: &'static str, remedy: Supply },
     #[error("{label}: upper bound of {name}: expected a number of at least 0, found {found}")]
     DelayBound { label: String, name: &'static str, found: f64 },
     #[error("{label}: {samples} samples; variant {variant} starts at sample {first}, so at least {} are needed", first + 2)]
@@ -192,29 +219,20 @@ impl Case {
         let missing =
             |what, remedy| CaseError::Missing { label: self.label.to_string(), variant: variant.name(), what, remedy };
         if variant.needs_vehicle() && self.vehicle.is_none() {
-            return Err(missing("the follower's vehicle", format!("give {VEHICLE} NAME or FILE#NAME")));
+            return Err(missing("the follower's vehicle", Supply::Vehicle));
         }
         if variant.constraint == Constraint::Mfc && self.vehicle.as_ref().is_some_and(|v| v.mfc.is_none()) {
-            return Err(missing(
-                "the vehicle's MFC curve",
-                format!(
-                    "give {VEHICLE} FILE#NAME of a table that names an `mfc` file, or put mfc_SLUG.csv beside the table"
-                ),
-            ));
+            return Err(missing("the vehicle's MFC curve", Supply::Curve));
         }
         if variant.needs_grade() && self.grade.is_none() {
-            return Err(missing("the road grade", format!("give {GRADE} FILE, or {GRADE} level for a level road")));
+            return Err(missing("the road grade", Supply::Grade));
         }
         for (member, signal, what) in [
             ("v_l2", &self.v_l2, "the speed of the car ahead of the preceding vehicle"),
             ("s_l2", &self.s_l2, "the gap between the two cars ahead"),
         ] {
             if variant.extensions.read(member) && signal.as_ref().is_none_or(|y| y.iter().any(|x| !x.is_finite())) {
-                return Err(missing(
-                    what,
-                    "use a follower further back in the platoon, or give the column lead2_... of a pair file"
-                        .to_owned(),
-                ));
+                return Err(missing(what, Supply::Platoon));
             }
         }
         let extension = variant.extensions.delay().zip(self.extension_delay_upper);

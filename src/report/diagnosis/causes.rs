@@ -91,7 +91,8 @@ fn one(text: &mut String, outcome: &Outcome, cause: &CauseEntry) {
         "bootstrap" => String::new(),
         kind => format!(": evidence {:.0}, threshold {:.0} ({kind})", cause.evidence, cause.threshold),
     };
-    let lines = [Some(format!("{}{family}{how}", sized(cause))), cause.equation.clone(), cause.recording.clone()];
+    let place = cause.recording.as_ref().map(|recording| format!("in {recording}"));
+    let lines = [Some(format!("{}{family}{how}", sized(cause))), cause.equation.clone(), place];
     text.push_str(&wrapped(0, 2, &lines.into_iter().flatten().collect::<Vec<_>>().join("; ")));
     let rivals: Vec<String> = outcome.rivals(cause).map(sized).collect();
     if !rivals.is_empty() {

@@ -238,12 +238,12 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
     }
 }
 
-/// Why the named cause that gains most over whole drives is not recommended.
+/// The first check that the model with the named causes fails.
 fn why_not(outcome: &Outcome) -> String {
-    let named = |trial: &&Trial| trial.causes.iter().all(|name| outcome.causes.iter().any(|cause| cause.name == *name));
-    let best = outcome.closed_loop.trials.iter().filter(named).max_by(|a, b| a.gain.total_cmp(&b.gain));
-    let check = best.and_then(|trial| trial.checks.iter().find(|check| !check.met));
-    check.map_or(String::new(), |check| format!(", because one check fails ({})", check.in_words()))
+    let is_named = |name: &String| outcome.causes.iter().any(|cause| cause.name == *name);
+    let with_named = |trial: &&Trial| trial.causes.len() == outcome.causes.len() && trial.causes.iter().all(is_named);
+    let check = outcome.closed_loop.trials.iter().find(with_named).and_then(|t| t.checks.iter().find(|c| !c.met));
+    check.map_or(String::new(), |check| format!(", because a check fails ({})", check.in_words()))
 }
 
 fn names(recommended: &Recommended) -> String {
@@ -262,9 +262,9 @@ fn happens_once(cause: &str) -> bool {
 }
 
 /// The gain of named causes that are not recommended.
-fn unconfirmed(gain: &ClosedLoopGain) -> String {
-    let [change, low, high] = percent(gain);
-    format!("With it, the error on unseen drives changes by {:+.0} % [{:+.0}, {:+.0}].", -change, -high, -low)
+pub(in crate::internal::report) fn unconfirmed(gain: &ClosedLoopGain) -> String {
+    let [falls, low, high] = percent(gain);
+    format!("With it, the error on unseen drives falls by {falls:.0} % [{low:.0}, {high:.0}].")
 }
 
 /// By how much the error falls \[%\], with the interval.

@@ -2,7 +2,7 @@
 
 use super::causes;
 use super::causes::{AT_BOUND, MEND_FIRST};
-use super::short::{fleet_in_words, in_short};
+use super::short::{fleet_in_words, in_short, unconfirmed};
 use crate::diagnose::describe::error_breakdown::{Budget, Share};
 use crate::diagnose::describe::missing::{PLACE, Profile, Profiles};
 use crate::report::text::wrapped;
@@ -67,6 +67,9 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     heading(text, "4. The model with it");
     models(text, outcome, beside.again.as_ref())?;
     heading(text, "5. The gain on unseen drives");
+    if let Some(gain) = &outcome.gain {
+        text.push_str(&wrapped(0, 2, &unconfirmed(gain)));
+    }
     held_back(text, &outcome.base_held_back)?;
     heading(text, "6. What is left");
     left(text, outcome);
@@ -111,7 +114,7 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
         if own.peek().is_none() && entry.units.is_none() {
             text.push_str("  no contradictions found\n");
         }
-        let (shown, minor): (Vec<_>, Vec<_>) = own.partition(|f| f.matters || f.correction.is_some());
+        let (shown, minor): (Vec<_>, Vec<_>) = own.partition(|f| !f.is_minor());
         for finding in shown {
             text.push_str(&wrapped(2, 4, &format!("{}: {}", finding.name.to_uppercase(), finding.told())));
             if let Some(correction) = &finding.correction {
@@ -121,7 +124,8 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
         if !minor.is_empty() {
             let names: IndexSet<String> = minor.iter().map(|finding| finding.name.to_uppercase()).collect();
             let names: Vec<String> = names.into_iter().collect();
-            text.push_str(&wrapped(2, 4, &format!("too small to matter: {} (see inspect)", names.join(", "))));
+            let names = names.join(", ");
+            text.push_str(&wrapped(2, 4, &format!("too small to matter: {names} (leadlag inspect shows more)")));
         }
         if let Some(moved) = entry.moved() {
             text.push_str(&wrapped(2, 4, &moved));
@@ -162,11 +166,17 @@ fn models(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std::f
     let more: Vec<&ParameterEntry> = extended.iter().flat_map(|model| model.of_car()).collect();
     let is_new = |p: &&&ParameterEntry| !own.iter().any(|own| own.name == p.name);
     let rows: Vec<&ParameterEntry> = own.iter().chain(more.iter().filter(is_new)).copied().collect();
-    for row in &rows {
-        let cell =
-            |all: &[&ParameterEntry]| all.iter().find(|p| p.name == row.name).map_or(String::new(), |p| value(p));
-        let line = format!("  {:<10}{:<6}{:<29}{}", row.name, row.unit, cell(&own), cell(&more));
-        writeln!(text, "{}", line.trim_end())?;
+    let cell =
+        |all: &[&ParameterEntry], name: &str| all.iter().find(|p| p.name == name).map_or(String::new(), |p| value(p));
+    let line =
+        |row: &&ParameterEntry| [row.name.clone(), row.unit.clone(), cell(&own, &row.name), cell(&more, &row.name)];
+    let head = ["", "", "base", if extended.is_some() { "extended" } else { "" }].map(str::to_owned);
+    let lines: Vec<[String; 4]> = std::iter::once(head).chain(rows.iter().map(line)).collect();
+    let widths: [usize; 4] =
+        std::array::from_fn(|k| lines.iter().map(|line| line[k].chars().count()).max().unwrap_or(0));
+    for line in &lines {
+        let cells: Vec<String> = line.iter().zip(widths).map(|(cell, width)| format!("{cell:<width$}")).collect();
+        writeln!(text, "  {}", cells.join("  ").trim_end())?;
     }
     if own.iter().chain(&more).any(|p| p.at_bound) {
         writeln!(text, "  * {AT_BOUND}")?;

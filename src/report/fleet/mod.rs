@@ -192,8 +192,8 @@ impl FleetFile {
                  {HOLDOUT} 0.3 measures it."
             ),
             Some(Rule::None) if several => format!(
-                "Not compared: on its own drive the larger of two nested models always fits better. Give {HOLDOUT} 0.3, or have \
-                 intervals computed."
+                "Not compared: on its own drive the larger of two nested models always fits better. Give {HOLDOUT} 0.3, or \
+                 let leadlag estimate intervals."
             ),
             _ => String::new(),
         }

@@ -5,7 +5,7 @@ use super::{Chart, MadeBy, Page, between, drives, escape, short};
 use crate::internal::judge::Check;
 use crate::report::diagnosis::causes::{AT_BOUND, MEND_FIRST, meaning};
 use crate::report::diagnosis::pictures;
-use crate::report::diagnosis::short::{fleet_in_words, in_short};
+use crate::report::diagnosis::short::{fleet_in_words, in_short, unconfirmed};
 use crate::result::diagnosis::recommended::{HorizonGain, Trial};
 use crate::result::diagnosis::{CauseEntry, HeldBackEntry, Outcome, ParameterEntry};
 
@@ -210,6 +210,7 @@ fn entries<'a>(page: &mut Page, caption: &str, causes: impl Iterator<Item = &'a 
 
 fn gain(page: &mut Page, outcome: &Outcome) {
     page.section("gain", "The gain on unseen drives");
+    outcome.gain.iter().for_each(|gain| page.paragraph(&unconfirmed(gain)));
     let row = |label: &str, model: &str, errors: Option<([f64; 3], f64)>| {
         let errors = match errors {
             Some(([s, v, a], nrmse)) => [s, v, a, nrmse].map(short),

@@ -2,6 +2,7 @@
 
 use crate::evaluator::CaseError;
 use crate::extension::{Extension, ExtensionConflict};
+use crate::text::option::in_file;
 use std::fmt;
 
 /// Why a cause could not be tried. `Display` follows the name of the cause.
@@ -33,7 +34,7 @@ impl Untried {
                 format!("diagnose a base model that has a parameter {parameter}")
             }
             Untried::Conflict(_) => "diagnose a base model without it".to_owned(),
-            Untried::Data(CaseError::Missing { remedy, .. }) => (*remedy).to_owned(),
+            Untried::Data(CaseError::Missing { remedy, .. }) => in_file(|| remedy.to_string()),
             Untried::Data(_) => "give longer data".to_owned(),
             Untried::Once => "diagnose that drive alone".to_owned(),
             Untried::NoStart { parameters } if parameters.is_empty() => {

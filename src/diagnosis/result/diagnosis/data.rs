@@ -74,6 +74,13 @@ impl FindingEntry {
         self.file == drive.path && (self.trajectory.is_none() || self.trajectory == drive.trajectory)
     }
 
+    /// True for a constant error of a signal that is too small to change a calibration.
+    #[must_use]
+    pub fn is_minor(&self) -> bool {
+        let is_constant = ["speed_scale", "gap_offset", "clock_offset"].contains(&self.name.as_str());
+        is_constant && !self.matters && self.correction.is_none()
+    }
+
     /// The findings of the data check for a trajectory.
     #[must_use]
     pub fn of(trajectory: &Trajectory) -> Vec<FindingEntry> {

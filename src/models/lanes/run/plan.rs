@@ -29,15 +29,15 @@ pub struct Plan {
 /// Lanes of the blocks of a plan.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Size {
-    /// As many as this in all.
+    /// This many in every block.
     Equal(usize),
-    /// As many as this, but small blocks for a rest that needs no more of them than [`SMALL`].
+    /// This many, but small blocks for the last candidates if [`SMALL`] of them suffice.
     Mixed(usize),
 }
 
 /// Measured time of a step of a small block in units of that of a large one: dispatch weighs on small blocks.
 const SMALL_TIME: f64 = 0.42;
-/// Small blocks that take less time than a large one.
+/// Largest number of small blocks that together take less time than a large one.
 const SMALL: usize = 2;
 
 impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {

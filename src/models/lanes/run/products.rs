@@ -53,7 +53,7 @@ const SHORTFALL: usize = 3;
 /// Numbers of the widest vector.
 const STRIDE: usize = 8;
 
-/// Σ d_i d_j over the samples of a bin: d_0 is the error of the candidate, the others are the differences that its displaced copies make.
+/// Σ d_i d_j over the samples of a bin: d_0 is the error of the candidate, the others are the errors of its displaced copies minus d_0.
 #[derive(Debug)]
 pub struct Products<'a> {
     of: &'a Differences,
@@ -192,7 +192,7 @@ struct Differ<'a> {
     count: usize,
     differences: &'a mut [f64],
     width: usize,
-    /// Of the values among those of all candidates.
+    /// Position of these values among those of all candidates.
     place: usize,
 }
 

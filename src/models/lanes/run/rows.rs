@@ -25,7 +25,7 @@ pub fn all_finite<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L]) -> bool 
     finite
 }
 
-/// True if all accelerations are finite, and all spacings, too, and at least `least`.
+/// True if all accelerations and spacings are finite, and all spacings at least `least`.
 #[inline(always)]
 pub fn all_clear<T: Real, const L: usize>(a_free: &[T; L], s: &[T; L], least: T) -> bool {
     let mut clear = true;
