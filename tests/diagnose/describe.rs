@@ -199,7 +199,7 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
     assert!(said.contains("a.csv [train] follower 1, 0.0 to 80.0 s, held back from there to 120.0 s\n"), "{said}");
     assert!(said.contains("b.csv [train] follower 1, 0.0 to 79.9 s, held back from there to 120.0 s\n"), "{said}");
     let rows: Vec<&str> = said.lines().filter(|line| line.starts_with("  v_0 ")).collect();
-    let row = "  v_0  m/s  60.0000*                60.0000";
+    let row = "  v_0  m/s  60.0000*                 60.0000";
     assert!(rows == [row] && said.contains("  * at its bound\n"), "{said}");
     assert!(said.lines().all(|line| line.chars().count() <= 80), "{said}");
     let typed = "To calibrate it on the training data:\n  leadlag calibrate a.csv b.csv --joint --extend grade \\\n    \

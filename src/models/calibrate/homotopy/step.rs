@@ -20,7 +20,8 @@ pub fn lowest(gradient: &DVector<f64>, curvature: &DMatrix<f64>, lower: &[f64], 
         let mut first = None;
         for (place, (&j, target)) in free.iter().zip(&target).enumerate() {
             let bound = if *target < step[j] { lower[j] } else { upper[j] };
-            let reached = (bound - step[j]) / (target - step[j]);
+            // Without a sign, or a negative zero would reach its bound first.
+            let reached = ((bound - step[j]) / (target - step[j])).abs();
             if reached < share {
                 (share, first) = (reached, Some((place, bound)));
             }
@@ -76,6 +77,16 @@ mod tests {
     use super::lowest;
     use crate::optimize::{normal, stream};
     use nalgebra::{DMatrix, DVector};
+
+    /// Neither gradient nor curvature, as of a parameter that a drive does not determine.
+    #[test]
+    fn a_coordinate_without_effect_stays() {
+        let (g, h) = (
+            DVector::from_vec(vec![-1.0, 0.0, 0.0]),
+            DMatrix::from_diagonal(&DVector::from_vec(vec![4.0, 1e-9, 1e-9])),
+        );
+        assert_eq!(lowest(&g, &h, &[-0.5; 3], &[0.5; 3]).as_slice(), [0.25, 0.0, 0.0]);
+    }
 
     /// Worked by hand: free, H d = -g gives (2, -1); with d_2 at its bound of -0.5, d_1 is (3 + 0.5) / 2.
     #[test]
