@@ -352,7 +352,7 @@ impl Diagnosis {
         Diagnosis { base, effort, seed: 1, causes, bounds: Vec::new(), single: Overrides::new(), correct: false }
     }
 
-    /// Search effort: `quick` (about 20 s of CPU per drive of 15 minutes), `normal` (twice that, the default) or `thorough`.
+    /// Search effort: `quick` (about 12 s of CPU per drive of 15 minutes), `normal` (twice that, the default) or `thorough`.
     ///
     /// # Errors
     /// For an unknown effort.

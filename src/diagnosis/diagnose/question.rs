@@ -9,7 +9,7 @@ use crate::extension::Extension;
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, strum::EnumString, strum::IntoStaticStr, strum::VariantNames)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum Effort {
-    /// About 20 s of CPU per drive of 15 minutes.
+    /// About 12 s of CPU per drive of 15 minutes.
     Quick,
     /// Twice that.
     #[default]

@@ -1,6 +1,6 @@
 //! The data of a diagnosis in its file: files, faults, drives and errors.
 
-use crate::diagnose::data::{Finding, Soundness};
+use crate::diagnose::data::{Finding, FindingKind, Soundness};
 use crate::diagnose::drive::drivers::{DIFFERENT, Different};
 use crate::trajectory::Trajectory;
 use serde::{Deserialize, Serialize};
@@ -77,7 +77,8 @@ impl FindingEntry {
     /// True for a constant error of a signal that is too small to change a calibration.
     #[must_use]
     pub fn is_minor(&self) -> bool {
-        let is_constant = ["speed_scale", "gap_offset", "clock_offset"].contains(&self.name.as_str());
+        let constants = [FindingKind::SpeedScale, FindingKind::GapOffset, FindingKind::ClockOffset];
+        let is_constant = constants.into_iter().any(|kind| kind.into_str() == self.name);
         is_constant && !self.matters && self.correction.is_none()
     }
 
