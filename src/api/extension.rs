@@ -13,8 +13,8 @@ use std::path::Path;
 pub fn extend(variant: Variant, extensions: &[String]) -> anyhow::Result<Variant> {
     extensions.iter().try_fold(variant, |variant, given| {
         if given.contains(',') && !Path::new(given).exists() {
-            let each: Vec<&str> = given.split(',').map(str::trim).collect();
-            refuse!("{EXTEND} {given}: expected one extension; give {EXTEND} for each of {}", each.join(", "));
+            let each: Vec<String> = given.split(',').map(|one| format!("{EXTEND} {}", one.trim())).collect();
+            refuse!("{EXTEND} {given}: expected one extension; give {EXTEND} several times: {}", each.join(" "));
         }
         let extension = find(given)?;
         variant.with(extension).map_err(|conflict| Usage(format!("{EXTEND} {given}: {conflict}")).into())

@@ -177,6 +177,29 @@ fn noise_of_the_acceleration_counts_if_it_is_compared() {
 }
 
 #[test]
+fn names_are_read_back_and_nonsense_is_not() {
+    for name in Measures::NAMES {
+        let gof: GoodnessOfFit = name.parse().expect("a goodness of fit");
+        assert_eq!(gof.to_string(), name.replace('_', "-"));
+        assert_eq!(gof.to_string().parse(), Ok(gof));
+    }
+    for name in [
+        "",
+        "nrmse",
+        "nrmse-",
+        "nrmse-vs",
+        "nrmse-ss",
+        "mape-s",
+        "nrmse-sva:1,1",
+        "nrmse-s:1,1",
+        "nrmse-s:0",
+        "nrmse-s:x",
+    ] {
+        assert!(name.parse::<GoodnessOfFit>().is_err(), "{name:?}");
+    }
+}
+
+#[test]
 fn the_mean_of_several_cases() {
     // One measure set, and the same with every value of a signal times 3, 5, 7: means times 2, 3, 4.
     let one = measures(false);
