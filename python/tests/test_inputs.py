@@ -41,7 +41,7 @@ def test_every_verb_takes_what_a_drive_takes(pair: Path, drive: ll.Drive) -> Non
     assert same(ll.calibrate(halves, "idm", **FEW), ll.calibrate([ll.Drive(half) for half in halves], "idm", **FEW))
     folds = ll.calibrate(halves, "idm", folds=2, history=1.0, **FEW).to_dict()
     for own in ("t_h", ["t_h"]):
-        with pytest.raises(ll.UsageError, match="own t_h: a distribution needs at least 10 drivers, found"):
+        with pytest.raises(ll.UsageError, match="`own` t_h: a distribution needs at least 10 drivers, found"):
             ll.calibrate(halves, "idm", own=own, **FEW)
     assert folds["held_back"]["folds"] == 2 and len(folds["held_back"]["drives"]) == 2 and folds["history_s"] == 1.0
     evaluator, other = ll.Evaluator(frame, "idm"), ll.Evaluator(drive, "idm")

@@ -225,7 +225,7 @@ def test_errors_say_what_to_do(drive: ll.Drive, tmp_path: Path) -> None:
     with pytest.raises(ll.UsageError, match="read already"):
         ll.calibrate_all([drive], "idm", columns="highd")
     table = {"time_s": drive.time, "lead_speed_mps": drive.lead_speed, "speed_mps": drive.speed, "spacing_m": drive.spacing}
-    with pytest.raises(ll.UsageError, match="segment 9") as error:
+    with pytest.raises(ll.UsageError, match="`segment` 9") as error:
         ll.Drive(table, segment=9)
     assert "--" not in str(error.value)
     with pytest.raises(TypeError, match="expected a leadlag.Drive"):
