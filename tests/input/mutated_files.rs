@@ -142,14 +142,9 @@ fn piece(file: &[u8], at: usize, ends: impl Fn(u8) -> bool) -> std::ops::Range<u
 
 /// Breaks files for the requested time; `read` returns whether one is still accepted.
 fn attack(read: impl Fn(&mut Vandal) -> bool + Sync) {
-    attack_for(1, read);
-}
-
-/// The same in one of this many parts of the time.
-fn attack_for(parts: u32, read: impl Fn(&mut Vandal) -> bool + Sync) {
     let seconds = std::env::var("LEADLAG_FUZZ_SECONDS").map_or(1, |seconds| seconds.parse().expect("a number"));
     let (began, mut count, mut taken, mut longest) = (Instant::now(), 0_u64, 0_u64, Duration::ZERO);
-    while began.elapsed() < Duration::from_secs(seconds) / parts {
+    while began.elapsed() < Duration::from_secs(seconds) {
         // Many per thread, with the seed as its name, so that a panic shows which ones.
         let work = || {
             let mut vandal = Vandal(ChaCha8Rng::seed_from_u64(count));
@@ -174,20 +169,23 @@ fn attack_for(parts: u32, read: impl Fn(&mut Vandal) -> bool + Sync) {
     assert!(taken > 0 && taken < count, "{taken} of {count} files are taken");
 }
 
-/// Read by their header, and as each layout.
-#[test]
-fn broken_files_of_any_layout_and_of_each() {
-    let layouts: [(&[&[u8]], Option<&str>); 6] = [
-        (ALL, None),
-        (&[OPENACC, REBUILT], Some("openacc")),
-        (&[REBUILT], Some("astazero-rebuilt")),
-        (&[PROCESSED], Some("astazero-processed")),
-        (&[ULTRA_AV], Some("ultra-av")),
-        (&[PAIR], Some("pair")),
-    ];
-    for (files, layout) in layouts {
-        attack_for(6, |vandal| all_steps::run(&vandal.broken(files), layout));
-    }
+/// Files of a layout, read as this layout, or by their header.
+macro_rules! each_is_attacked {
+    ($($test:ident: $files:expr, $layout:expr;)*) => {$(
+        #[test]
+        fn $test() {
+            attack(|vandal| all_steps::run(&vandal.broken($files), $layout));
+        }
+    )*};
+}
+
+each_is_attacked! {
+    broken_files_of_any_layout: ALL, None;
+    broken_openacc_files: &[OPENACC, REBUILT], Some("openacc");
+    broken_rebuilt_files: &[REBUILT], Some("astazero-rebuilt");
+    broken_processed_files: &[PROCESSED], Some("astazero-processed");
+    broken_ultra_av_files: &[ULTRA_AV], Some("ultra-av");
+    broken_pair_files: &[PAIR], Some("pair");
 }
 
 #[test]
