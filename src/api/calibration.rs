@@ -25,7 +25,7 @@ use crate::score::GoodnessOfFit;
 use crate::select::{Selection, Work};
 use crate::symbols::Symbol;
 use crate::text::option::{FIX, HISTORY, JOINT, MAX_EVALUATIONS, OPTIMIZER, PRECISION, REPLICATES, SEED, VEHICLE};
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Trajectory, different_names};
 use crate::vehicle::Vehicle;
 use crate::wgsl::read_extension;
 use std::ops::ControlFlow;
@@ -446,7 +446,11 @@ impl Calibration {
             return Ok(None);
         }
         let Prepared { space, reference } = prepared;
-        let labels: Vec<&str> = loaded.iter().map(|l| l.trajectory.label.as_str()).collect();
+        let trajectories: Vec<&Trajectory> = loaded.iter().map(|one| &one.trajectory).collect();
+        if let Some((_, names)) = different_names(&trajectories) {
+            return Ok(Some(names));
+        }
+        let labels: Vec<&str> = trajectories.iter().map(|one| one.label.as_str()).collect();
         let found: Option<Apart> = apart_until(reference.cases(), space, self.search.seed, stop)?;
         Ok(found.map(|apart| apart.told(space, &labels)))
     }
