@@ -376,8 +376,7 @@ fn the_base_on_what_is_held_back_is_always_told() {
 /// If no cause is found, the text lists the causes that were not tried and the unexplained acceleration.
 #[test]
 fn nothing_found_says_what_was_not_tried_and_what_is_left() {
-    let untried =
-        serde_json::json!([{"name": "grade", "reason": "needs the road grade", "remedy": "give --grade FILE"}]);
+    let untried = serde_json::json!([{"name": "grade", "reason": "needs the road grade", "needs": "the road grade", "remedy": "give --grade FILE"}]);
     let first = "No cause was found that idm+delay lacks. An acceleration of 0.10 m/s² with a time constant of 1 s \
                  remains unexplained. \
                  Not tried: grade (needs the road grade).";
