@@ -258,8 +258,8 @@ fn errors(budget: &Budget) -> String {
     const SPEED: usize = 1;
     let [s, v, a] = budget.rms;
     let share = |share: &Share| {
-        let time = share.time.map_or(String::new(), |time| format!(" in {:.0} % of the time", 100.0 * time));
-        format!("; {}: {:.0} % of the speed's squared error{time}", share.name, 100.0 * share.error[SPEED])
+        let [error, time] = [share.error[SPEED], share.time].map(|share| 100.0 * share);
+        format!("; {}: {error:.0} % of the speed's squared error in {time:.0} % of the time", share.name)
     };
     let worst = budget.worst_regime(SPEED).map_or(String::new(), share);
     format!("Rms errors: spacing {s:.3} m, speed {v:.3} m/s, acceleration {a:.3} m/s²{worst}.")
