@@ -5,8 +5,7 @@
 
 DATA: the folder `data` of github.com/jiangjiwan/Approximate-Bayesian-Computation-Hybrid-Car-following-Model; nothing of it is kept here. Needs numpy.
 A table has a row per 0.1 s and a column per drive; those of NGSIM are in ft. As in the benchmark, the spacing is the difference of the positions, and the
-simulation is free from the first sample to the last. A drive of the test is left out
-of training. The score is the mean over drives of the RMSE of the position.
+simulation is free from the first sample to the last. A drive of the test is left out of training. The score is the mean over drives of the RMSE of the position.
 """
 import pathlib
 import sys

@@ -25,7 +25,8 @@ def row(name, found):
     fleet = found.get("fleet", {"drives": len(found["data"]), "minutes": seconds / S_PER_MIN})
     causes, gain = [], ""
     for cause in found["causes"]:
-        causes.append(" ".join([cause["name"], *(f"{size['name']} = {size['value']:.2g} {size['unit']}" for size in cause["parameters"])]))
+        sizes = (f"{size['name']} = {size['value']:.2g} {size['unit']}".removesuffix(" -") for size in cause["parameters"])
+        causes.append(" ".join([cause["name"], *sizes]))
     for trial in found["closed_loop"]["trials"]:
         if causes and trial["causes"] == [cause["name"] for cause in found["causes"]]:
             whole = next(horizon for horizon in trial["horizons"] if horizon["horizon_s"] is None)
