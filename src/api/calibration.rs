@@ -380,9 +380,10 @@ impl Calibration {
         self.bound_delays(vehicle, &mut overrides)?;
         let space = SearchSpace::new(&model, vehicle, self.convention, &overrides)?;
         let mut cases = Vec::new();
+        let delays = (space.tau_p_upper(), space.extension_delay_upper());
         for l in loaded {
-            let case = Case::new(&l.trajectory, model, l.vehicle(), self.convention, space.tau_p_upper())?;
-            cases.push(case.with_extension_delay(space.extension_delay_upper())?.with_history(self.history_s)?);
+            let case = Case::within(&l.trajectory, model, l.vehicle(), self.convention, delays)?;
+            cases.push(case.with_history(self.history_s)?);
         }
         let prepared = Prepared { space, reference: Reference::new(cases, self.gof) };
         self.own_positions(&prepared)?;
