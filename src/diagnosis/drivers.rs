@@ -2,7 +2,7 @@
 
 use crate::diagnose::{DiagnoseError, Effort, Progress, Verdict};
 use crate::race::{Answer, Delivered, Policy, Request, combine, race};
-use crate::result::diagnosis::{FleetEntry, ModelEntry, Outcome, ShareEntry};
+use crate::result::diagnosis::{FleetEntry, LeftOverEntry, ModelEntry, Outcome, ShareEntry};
 use std::ops::ControlFlow;
 
 /// Diagnoses the drives of a request, whose unit is the driver. The entries on files are the caller's.
@@ -27,9 +27,16 @@ pub fn of_fleet(
             noise: None,
         })
     };
-    let (verdict, reason) = match &answer.tried.not_testable {
-        Some(why) => (Verdict::NotTestable, why.clone()),
-        None => {
+    let (verdict, reason) = match (&answer.tried.not_testable, answer.other_law()) {
+        (Some(why), _) => (Verdict::NotTestable, why.clone()),
+        (None, Some(law)) => {
+            let base = request.base;
+            (
+                Verdict::Unexplained,
+                format!("{} without causes follows left-out drivers better than {base} with any cause", law.name),
+            )
+        }
+        (None, None) => {
             (Verdict::Nothing, "no model with a cause follows left-out drivers better than chance allows".to_owned())
         }
     };
@@ -37,6 +44,7 @@ pub fn of_fleet(
         verdict,
         reason,
         base_held_back: answer.left_out(),
+        left_over: answer.other_law().map(LeftOverEntry::law).into_iter().collect(),
         not_tried: answer.untried(request),
         base: answer.base().and_then(entry),
         extended: answer.extended().and_then(entry),

@@ -16,8 +16,12 @@ fn pairs(name: &str, table: &str) -> Pairs {
 }
 
 fn diagnosed(name: &str, table: &str) -> Outcome {
+    diagnosed_on("idm", name, table)
+}
+
+fn diagnosed_on(base: &str, name: &str, table: &str) -> Outcome {
     let pairs = pairs(name, table);
-    let findings = Diagnosis::of("idm").and_then(|d| d.effort("quick")).and_then(|d| d.run_all(&pairs));
+    let findings = Diagnosis::of(base).and_then(|d| d.effort("quick")).and_then(|d| d.run_all(&pairs));
     serde_json::from_str(&findings.expect("it runs").to_json()).expect("a result")
 }
 
@@ -43,6 +47,15 @@ fn drivers_who_differ_have_no_cause() {
     // With common settings only, it is 0.15.
     assert!(gain < 0.08, "a dead zone gains {gain} although no driver has one");
     assert!(outcome.recommended.is_none() && outcome.fleet.expect("a fleet").share.is_none());
+}
+
+/// Drivers of another law: no cause of this one follows them as well.
+#[test]
+fn another_law_is_named_where_it_follows_the_drivers_better_than_any_cause() {
+    let outcome = diagnosed_on("l-gipps", "law", &table(40, SPREAD, 0, 12).0);
+    assert_eq!(outcome.verdict, Verdict::Unexplained, "{} {:?}", outcome.reason, outcome.closed_loop.trials);
+    assert_eq!(outcome.reason, "idm without causes follows left-out drivers better than l-gipps with any cause");
+    assert_eq!(outcome.likelier_base().as_deref(), Some("idm"));
 }
 
 /// A stage takes minutes, so the end of one is too late.

@@ -133,6 +133,14 @@ impl Answer {
     pub fn recommended(&self) -> &[&'static Extension] {
         self.winner.map_or(&[], |k| &self.entries[k].causes)
     }
+
+    /// Another law that follows the drives better than the base with any cause: the confidence set consists of other laws.
+    #[must_use]
+    pub fn other_law(&self) -> Option<&LawEntry> {
+        let law = |model: &Vec<String>| self.laws.iter().find(|law| *model == [law.name.as_str()]);
+        let first = law(self.set.first()?)?;
+        self.set.iter().all(|model| law(model).is_some()).then_some(first)
+    }
 }
 
 /// True if a cause does not depend on a time of one drive.
