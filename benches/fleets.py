@@ -1,4 +1,4 @@
-"""How often the diagnosis of a fleet finds a lag of some drivers, and what it says where there is none.
+"""Rates of right and of false names in made-up fleets.
 
     python3 benches/fleets.py PROGRAM FOLDER [silent|effect [FIRST LAST]]
 

@@ -320,7 +320,7 @@ fn in_the_race_a_lag_is_named_by_its_family_and_recommended() {
     assert!(families.contains(&"phase"), "{families:?} of {passing:?}");
 }
 
-/// What is left is that of the recommended model, whichever of the two found it.
+/// The missing acceleration of the recommended model is known, whichever test found the model.
 #[test]
 fn a_model_that_only_the_race_finds_leaves_less_missing_acceleration() {
     let task = long("one", "l-cth", &["actuation_lag"], 0.0, 4201);
