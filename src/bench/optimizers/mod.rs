@@ -10,7 +10,8 @@ mod wall;
 pub use report::{Finding, OptimizerReport};
 
 use super::BenchError;
-use super::journal::{Journal, Outcome};
+use super::{Progress, do_remaining};
+use crate::batch::{Entry, Journal, JournalError};
 use crate::calibrate::{
     CalibrateError, Calibration, OptimizerKind, Overrides, PROGRAM, Replicate, SearchSpace, Stop, StopReason, calibrate,
 };
@@ -64,19 +65,22 @@ pub struct OptimizerOutcome {
     pub wall_s: f64,
 }
 
-impl Outcome for OptimizerOutcome {
-    type Task = OptimizerTask;
+impl Entry for OptimizerOutcome {
+    type Key = OptimizerTask;
 
-    fn task(&self) -> &OptimizerTask {
+    fn key(&self) -> &OptimizerTask {
         &self.task
     }
+}
 
-    fn program(&self) -> &str {
-        &self.program
-    }
-
-    fn this_program() -> &'static str {
-        &PROGRAM
+impl OptimizerOutcome {
+    /// The journal of finished tasks in a file, without those of another program or state of the search.
+    ///
+    /// # Errors
+    /// As [`Journal::open`].
+    pub fn journal(path: &Path) -> Result<Journal<Self>, JournalError> {
+        let is_own = |outcome: &Self| outcome.program == *PROGRAM;
+        Journal::open(path, None, &|line| Ok(serde_json::from_slice(line).ok().filter(is_own)))
     }
 }
 
@@ -208,26 +212,13 @@ pub fn run_optimizers(
     program: &Path,
     tasks: &[OptimizerTask],
     journal: &mut Journal<OptimizerOutcome>,
-    progress: &mut (dyn FnMut(usize, &OptimizerTask) -> ControlFlow<()> + Send),
+    progress: &mut Progress<'_, OptimizerTask>,
 ) -> Result<(), BenchError> {
     let mut data = Followers::new(shared)?;
-    for (done, task) in tasks.iter().enumerate() {
-        if journal.get(task).is_some() {
-            continue;
-        }
-        if progress(done, task).is_break() {
-            break;
-        }
-        let outcome = match task.aim.as_str() {
-            "wall" => wall::run(program, &data.file(task.platoon), task)?,
-            _ => match run(&mut data, task, &mut || progress(done, task))? {
-                Some(outcome) => outcome,
-                None => break,
-            },
-        };
-        journal.keep(outcome)?;
-    }
-    Ok(())
+    do_remaining(tasks, journal, progress, &mut |task, progress| match task.aim.as_str() {
+        "wall" => wall::run(program, &data.file(task.platoon), task).map(Some),
+        _ => run(&mut data, task, progress),
+    })
 }
 
 /// `None` if it was stopped.

@@ -13,7 +13,7 @@ use crate::api::reading::Reading;
 use crate::api::warnings;
 use crate::catalog::Variant;
 use crate::evaluator::Evaluator;
-use crate::fleet::{self, Comparison, Held, Journal, Model, Pair, Row, Settings, driver};
+use crate::fleet::{self, Comparison, Held, Model, Pair, Row, Settings, driver};
 use crate::report::fleet::{FleetFile, text};
 use crate::report::{csv, parquet};
 use crate::text::shown::NAMED;
@@ -42,11 +42,10 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     found.check()?;
     let Pairs { pairs, unreadable, .. } = found;
     output::make_folder(&args.out)?;
-    let misfit = |row: &Row| settings.misfit(row, pairs.len());
-    let journal = Journal::open(&args.out.join(JOURNAL), &settings.key(&pairs), &misfit)?;
+    let journal = settings.journal(&args.out.join(JOURNAL), &pairs)?;
     let whole = settings.places(pairs.len()).count();
-    let bar = Bar::new(whole, journal.known().len());
-    let rows = fleet::run(&pairs, &settings, &journal, &interrupt::asked, &|done| bar.tell(done), warn)?;
+    let bar = Bar::new(whole, journal.count());
+    let rows = fleet::run(&pairs, &settings, journal, &interrupt::asked, &|done| bar.tell(done), warn)?;
     bar.finish();
     let done = rows.iter().flatten().count();
     anyhow::ensure!(
