@@ -11,6 +11,7 @@ use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Trace;
 use crate::rescore;
 use crate::select::{Kind, Work};
+use crate::text::option::in_file;
 use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
 
@@ -101,11 +102,14 @@ pub(super) fn task(pairs: &[Pair], settings: &Settings, place: Place) -> Result<
     let mut overrides = model.overrides.clone();
     let ends = trajectory.t.first().zip(trajectory.t.last());
     bound_times(&model.variant, ends.map_or([0.0; 2], |(first, last)| [*first, *last]), &mut overrides);
-    let space =
-        SearchSpace::new(&model.variant, vehicle, settings.convention, &overrides).map_err(|e| e.to_string())?;
-    let case = case(drive, &space, &model.variant, settings.convention).map_err(|e| e.to_string())?;
-    case.check_clock().and_then(|()| Course::new(&case)).map_err(|e| e.to_string())?;
-    Ok(Task { place, case, space })
+    let made = SearchSpace::new(&model.variant, vehicle, settings.convention, &overrides).map_err(anyhow::Error::from);
+    let made = made.and_then(|space| {
+        let case = case(drive, &space, &model.variant, settings.convention)?;
+        case.check_clock().and_then(|()| Course::new(&case))?;
+        Ok(Task { place, case, space })
+    });
+    // The table must not depend on the front end.
+    made.map_err(|error| in_file(|| error.to_string()))
 }
 
 /// A drive for a model, with the delays that a space allows.
@@ -161,7 +165,7 @@ fn together(
             }
             Ok(_) => Err("no candidate that passes in f32 passes in f64: they lie on the edge of a crash".to_owned()),
             Err(CalibrateError::Evaluate(error)) => return Err(error.into()),
-            Err(error) => Err(error.to_string()),
+            Err(error) => Err(in_file(|| error.to_string())),
         };
         rows.push(Row { place: task.place, found });
     }

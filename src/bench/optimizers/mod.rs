@@ -20,10 +20,9 @@ use crate::convention::Convention;
 use crate::evaluator::Case;
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
-use crate::trajectory::{Preparation, Recording, Trajectory, import, prepare};
+use crate::trajectory::{Preparation, Trajectory, import, prepare};
 use crate::vehicle::{self, Vehicle};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -214,16 +213,16 @@ pub fn run_optimizers(
     journal: &mut Journal<OptimizerOutcome>,
     progress: &mut Progress<'_, OptimizerTask>,
 ) -> Result<(), BenchError> {
-    let mut data = Followers::new(shared)?;
+    let data = Followers::new(shared)?;
     do_remaining(tasks, journal, progress, &mut |task, progress| match task.aim.as_str() {
         "wall" => wall::run(program, &data.file(task.platoon), task).map(Some),
-        _ => run(&mut data, task, progress),
+        _ => run(&data, task, progress),
     })
 }
 
 /// `None` if it was stopped.
 fn run(
-    data: &mut Followers,
+    data: &Followers,
     task: &OptimizerTask,
     progress: &mut (dyn FnMut() -> ControlFlow<()> + Send),
 ) -> Result<Option<OptimizerOutcome>, BenchError> {
@@ -231,7 +230,7 @@ fn run(
     let (trajectory, vehicle) = data.get(task.platoon, task.follower)?;
     let convention: Convention = task.convention.parse()?;
     let space = SearchSpace::new(&variant, vehicle, convention, &Overrides::new())?;
-    let case = Case::new(trajectory, variant, vehicle, convention, space.tau_p_upper())?;
+    let case = Case::new(&trajectory, variant, vehicle, convention, space.tau_p_upper())?;
     let settings = Calibration {
         optimizer: task.optimizer.parse::<OptimizerKind>()?,
         seed: task.seed,
@@ -276,19 +275,16 @@ fn outcome(
     Ok(OptimizerOutcome { program: PROGRAM.clone(), task: task.clone(), scores, evaluations, stops, wall_s })
 }
 
-/// The measured followers, read at their first use.
+/// The folder of the measured platoons, and their cars.
 struct Followers {
     folder: PathBuf,
     vehicles: Vec<Vehicle>,
-    recordings: BTreeMap<u32, Recording>,
-    trajectories: BTreeMap<(u32, usize), Trajectory>,
 }
 
 impl Followers {
     fn new(shared: &Path) -> Result<Followers, BenchError> {
         let vehicles = vehicle::read_table(&shared.join("data/vehicles/vehicles.csv"))?;
-        let folder = shared.join("data/astazero_c2art");
-        Ok(Followers { folder, vehicles, recordings: BTreeMap::new(), trajectories: BTreeMap::new() })
+        Ok(Followers { folder: shared.join("data/astazero_c2art"), vehicles })
     }
 
     fn file(&self, platoon: u32) -> PathBuf {
@@ -296,18 +292,11 @@ impl Followers {
         self.folder.join(format!("{stem}.csv"))
     }
 
-    fn get(&mut self, platoon: u32, follower: usize) -> Result<(&Trajectory, Option<&Vehicle>), BenchError> {
-        if !self.trajectories.contains_key(&(platoon, follower)) {
-            if !self.recordings.contains_key(&platoon) {
-                let recording = import::read(&self.file(platoon), None)?;
-                self.recordings.insert(platoon, recording);
-            }
-            let pieces = prepare(&self.recordings[&platoon], follower, &Preparation::default())?;
-            let longest = pieces.into_iter().max_by_key(Trajectory::len).expect("prepare finds at least one piece");
-            self.trajectories.insert((platoon, follower), longest);
-        }
-        let trajectory = &self.trajectories[&(platoon, follower)];
-        Ok((trajectory, self.vehicles.iter().find(|v| v.is_called(&trajectory.name))))
+    fn get(&self, platoon: u32, follower: usize) -> Result<(Trajectory, Option<&Vehicle>), BenchError> {
+        let recording = import::read(&self.file(platoon), None)?;
+        let trajectory = Trajectory::longest(prepare(&recording, follower, &Preparation::default())?);
+        let vehicle = self.vehicles.iter().find(|vehicle| vehicle.is_called(&trajectory.name));
+        Ok((trajectory, vehicle))
     }
 }
 
