@@ -47,17 +47,16 @@ pub enum JournalError {
     Broken { path: String, line: usize, reason: String },
 }
 
+/// Reads a line: the entry, `None` for a line to be skipped, or why it cannot be an entry.
+type Read<'a, E> = dyn Fn(&[u8]) -> Result<Option<E>, String> + 'a;
+
 impl<E: Entry> Journal<E> {
     /// Opens a journal, or creates it. With a `key`, its first line has to have this key, and every line has to be an entry; without, it may
-    /// have the lines of other runs, too. `read` returns the entry of a line, `None` for one to be skipped, or why it cannot be an entry.
+    /// have the lines of other runs, too.
     ///
     /// # Errors
     /// If it belongs to another key, is in use or broken, or cannot be read or written.
-    pub fn open(
-        path: &Path,
-        key: Option<&str>,
-        read: &dyn Fn(&[u8]) -> Result<Option<E>, String>,
-    ) -> Result<Journal<E>, JournalError> {
+    pub fn open(path: &Path, key: Option<&str>, read: &Read<E>) -> Result<Journal<E>, JournalError> {
         let shown = || path.display().to_string();
         let io = |doing| move |source| JournalError::Io { path: path.display().to_string(), doing, source };
         let file = File::options().read(true).append(true).create(true).open(path).map_err(io("open"))?;

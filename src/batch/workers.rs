@@ -15,11 +15,9 @@ const IDLE: Duration = Duration::from_millis(100);
 )]
 pub struct NoThread(#[source] Box<dyn std::error::Error + Send + Sync>);
 
-/// What a thread does, with a function that reports its progress.
-type Work<'a, E> = dyn Fn(&dyn Fn()) -> Result<(), E> + Sync + 'a;
-
-/// Does the batches of `next` in this many threads, until there are no more or `stop` is true. `work` gets a batch, and a function that tells it
-/// to stop early: at a request, or after an error of another thread. This thread calls `idle` about ten times a second, and after each batch.
+/// Does the batches of `next` in this many threads, until there are no more or `stop` is true. `work` gets a batch, and a function that is true at
+/// a request to stop and after an error of another thread. The threads share those of this pool evenly: work that is parallel elsewhere is
+/// sequential in them if there are as many. This thread calls `idle` about ten times a second, and after each batch.
 ///
 /// # Errors
 /// The first error of `work`; [`NoThread`] if no thread can be started.
@@ -27,35 +25,25 @@ pub fn in_batches<B, E: From<NoThread> + Send>(
     count: usize,
     stop: &(dyn Fn() -> bool + Sync),
     next: &(dyn Fn() -> Option<B> + Sync),
-    work: &(dyn Fn(B, &(dyn Fn() -> bool + Sync)) -> Result<(), E> + Sync),
+    work: &(impl Fn(B, &(dyn Fn() -> bool + Sync)) -> Result<(), E> + Sync),
     idle: &mut dyn FnMut(),
 ) -> Result<(), E> {
+    let own = (rayon::current_num_threads() / count.max(1)).max(1);
     let failed = AtomicBool::new(false);
     let stopped = || failed.load(Ordering::SeqCst) || stop();
-    let one = |tell: &dyn Fn()| {
+    let all = |to_main: &Sender<()>| {
         while !stopped()
             && let Some(batch) = next()
         {
             work(batch, &stopped).inspect_err(|_| failed.store(true, Ordering::SeqCst))?;
-            tell();
+            // The receiver lives as long as the threads.
+            let _ = to_main.send(());
         }
         Ok(())
     };
-    side_by_side(count, &one, idle)
-}
-
-/// Does `work` in this many threads until all have ended. They share the threads of this pool evenly: work that is parallel elsewhere is
-/// sequential in them if there are as many. Meanwhile this thread calls `idle`, also for each report.
-///
-/// # Errors
-/// The first error of `work`, which has to end the other threads itself; [`NoThread`] if no thread can be started.
-fn side_by_side<E: From<NoThread> + Send>(count: usize, work: &Work<'_, E>, idle: &mut dyn FnMut()) -> Result<(), E> {
-    let own = (rayon::current_num_threads() / count.max(1)).max(1);
     let alone = |to_main: &Sender<()>| -> Result<(), E> {
         let pool = ThreadPoolBuilder::new().num_threads(own).use_current_thread().build();
-        // The receiver lives as long as the threads.
-        let tell = || _ = to_main.send(());
-        pool.map_err(|error| NoThread(error.into()))?.install(|| work(&tell))
+        pool.map_err(|error| NoThread(error.into()))?.install(|| all(to_main))
     };
     let (to_main, told) = channel();
     std::thread::scope(|scope| {
@@ -93,7 +81,7 @@ mod tests {
         let next = || Some(given.fetch_add(1, Ordering::SeqCst)).filter(|batch| *batch < 20);
         let done = in_batches(3, &|| false, &next, &|_, _| Ok::<(), NoThread>(()), &mut || heard += 1);
         assert!(done.is_ok() && heard >= 20, "{heard}");
-        // One fails; the others work until they are told to stop.
+        // One fails; the others work until `stop`.
         let work = |batch: usize, stop: &(dyn Fn() -> bool + Sync)| {
             if batch == 2 {
                 return Err(NoThread("there is none".into()));
@@ -107,7 +95,7 @@ mod tests {
         let failed = in_batches(3, &|| false, &next, &work, &mut || {}).expect_err("of one thread");
         assert!(failed.to_string().contains("ulimit -u"));
         given.store(0, Ordering::SeqCst);
-        in_batches(3, &|| true, &next, &work, &mut || {}).expect("nothing was begun");
+        in_batches(3, &|| true, &next, &work, &mut || {}).expect("no batch is taken");
         assert_eq!(given.load(Ordering::SeqCst), 0);
     }
 }

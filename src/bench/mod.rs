@@ -87,6 +87,9 @@ pub enum BenchError {
 /// Receives the number of finished tasks and the present one, and can stop the run.
 pub type Progress<'a, T> = dyn FnMut(usize, &T) -> ControlFlow<()> + Send + 'a;
 
+/// Whether a task goes on.
+type Asks<'a> = dyn FnMut() -> ControlFlow<()> + Send + 'a;
+
 /// Does the tasks that a journal lacks, one after the other, and adds each to it. `work` returns `None` if `progress` stops it: the task is then not
 /// kept.
 ///
@@ -96,7 +99,7 @@ pub fn do_remaining<E: Entry>(
     tasks: &[E::Key],
     journal: &mut Journal<E>,
     progress: &mut Progress<'_, E::Key>,
-    work: &mut dyn FnMut(&E::Key, &mut (dyn FnMut() -> ControlFlow<()> + Send)) -> Result<Option<E>, BenchError>,
+    mut work: impl FnMut(&E::Key, &mut Asks<'_>) -> Result<Option<E>, BenchError>,
 ) -> Result<(), BenchError> {
     for (done, task) in tasks.iter().enumerate() {
         if journal.get(task).is_some() {

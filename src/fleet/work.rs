@@ -44,7 +44,7 @@ pub(super) struct Task {
 }
 
 /// Calibrates all pairs with all models and measures: the rows in order of [`Settings::places`], or `None` for those that `stop` has left
-/// out. Rows of the journal are reused, and others added. `tell` receives the number of finished rows, from any thread.
+/// out. Rows of the journal are reused, and others added. `tell` receives the number of finished rows from time to time.
 ///
 /// # Errors
 /// When the evaluator fails or the journal cannot be written; finished rows are in it.
@@ -53,7 +53,7 @@ pub fn run(
     settings: &Settings,
     journal: Journal<Row>,
     stop: &(dyn Fn() -> bool + Sync),
-    tell: &(dyn Fn(usize) + Sync),
+    tell: &mut dyn FnMut(usize),
     warn: fn(&str),
 ) -> Result<Vec<Option<Row>>, FleetError> {
     let places: Vec<Place> = settings.places(pairs.len()).collect();
@@ -61,7 +61,6 @@ pub fn run(
         Kind::Gpu => (ON_A_DEVICE, 1),
         _ => (ON_THE_CPU, rayon::current_num_threads()),
     };
-    tell(journal.count());
     let is_open = |place: &&Place| journal.get(place).is_none();
     let mut open: Vec<Place> = places.iter().filter(is_open).copied().collect();
     open.sort_by_key(|place| (place.model, place.measure));
@@ -73,11 +72,10 @@ pub fn run(
         let work = |places: &[Place], stop: &(dyn Fn() -> bool + Sync)| {
             let found = together(pairs, settings, places, stop, warn)?;
             let mut journal = journal.lock().unwrap_or_else(PoisonError::into_inner);
-            found.into_iter().try_for_each(|row| journal.keep(row))?;
-            tell(journal.count());
-            Ok::<(), FleetError>(())
+            Ok::<(), FleetError>(found.into_iter().try_for_each(|row| journal.keep(row))?)
         };
-        in_batches(threads, stop, &next, &work, &mut || {})?;
+        let mut idle = || tell(journal.lock().unwrap_or_else(PoisonError::into_inner).count());
+        in_batches(threads, stop, &next, &work, &mut idle)?;
     }
     let journal = journal.into_inner().unwrap_or_else(PoisonError::into_inner);
     Ok(places.iter().map(|place| journal.get(place).cloned()).collect())

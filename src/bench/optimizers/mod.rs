@@ -214,7 +214,7 @@ pub fn run_optimizers(
     progress: &mut Progress<'_, OptimizerTask>,
 ) -> Result<(), BenchError> {
     let data = Followers::new(shared)?;
-    do_remaining(tasks, journal, progress, &mut |task, progress| match task.aim.as_str() {
+    do_remaining(tasks, journal, progress, |task, progress| match task.aim.as_str() {
         "wall" => wall::run(program, &data.file(task.platoon), task).map(Some),
         _ => run(&data, task, progress),
     })

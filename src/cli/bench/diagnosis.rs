@@ -59,7 +59,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let diagnose = if args.names_only { infer_task } else { diagnose_task };
     let words = |task: &DiagnosisTask| format!("{} {} {}", task.kind, task.base, task.causes.join(" + "));
     with_bar(&tasks, "cases", &args.journal, words, |progress| {
-        do_remaining(&tasks, &mut journal, progress, &mut |task, _| Ok(Some(diagnose(task))))
+        do_remaining(&tasks, &mut journal, progress, |task, _| Ok(Some(diagnose(task))))
     })?;
     let report = DiagnosisReport::new(&tasks, planned, &journal);
     if args.json { output::print_json(&report) } else { output::print(&report.table()) }

@@ -20,8 +20,6 @@ use crate::text::shown::NAMED;
 use crate::trajectory::Trajectory;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 const JOURNAL: &str = "journal.jsonl";
@@ -44,8 +42,8 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     output::make_folder(&args.out)?;
     let journal = settings.journal(&args.out.join(JOURNAL), &pairs)?;
     let whole = settings.places(pairs.len()).count();
-    let bar = Bar::new(whole, journal.count());
-    let rows = fleet::run(&pairs, &settings, journal, &interrupt::asked, &|done| bar.tell(done), warn)?;
+    let mut bar = Bar::new(whole, journal.count());
+    let rows = fleet::run(&pairs, &settings, journal, &interrupt::asked, &mut |done| bar.tell(done), warn)?;
     bar.finish();
     let done = rows.iter().flatten().count();
     anyhow::ensure!(
@@ -160,7 +158,7 @@ fn each(
     let loaded: Vec<Loaded> =
         places.iter().filter_map(|&k| load(&pairs[k]).transpose()).collect::<anyhow::Result<_>>()?;
     let folders = folders(&args.out.join("each"), &loaded);
-    let bar = Bar::new(found.len(), 0);
+    let mut bar = Bar::new(found.len(), 0);
     for (done, row) in found.into_iter().enumerate() {
         anyhow::ensure!(
             !interrupt::asked(),
@@ -193,11 +191,10 @@ fn each(
 
 /// Pairs per second and time left.
 struct Bar {
-    bar: Mutex<progress::Bar>,
+    bar: progress::Bar,
     whole: usize,
     /// Rows of the present run.
     before: usize,
-    done: AtomicUsize,
     started: Instant,
 }
 
@@ -210,23 +207,18 @@ impl Bar {
             bar.bar.set_position(before as u64);
             bar.bar.reset_eta();
         }
-        Bar { bar: Mutex::new(bar), whole, before, done: AtomicUsize::new(before), started: Instant::now() }
+        Bar { bar, whole, before, started: Instant::now() }
     }
 
-    fn tell(&self, done: usize) {
-        let done = done.max(self.done.fetch_max(done, Ordering::Relaxed));
+    fn tell(&mut self, done: usize) {
         let rate = (done - self.before) as f64 / self.started.elapsed().as_secs_f64();
-        if let Ok(mut bar) = self.bar.lock() {
-            bar.show(done as u64, String::new(), |_| {
-                let left = (self.whole - done) as f64 / rate;
-                format!("{done}/{} calibrations, {rate:.0}/s, {left:.0} s left", self.whole)
-            });
-        }
+        self.bar.show(done as u64, String::new(), |_| {
+            let left = (self.whole - done) as f64 / rate;
+            format!("{done}/{} calibrations, {rate:.0}/s, {left:.0} s left", self.whole)
+        });
     }
 
     fn finish(&self) {
-        if let Ok(bar) = self.bar.lock() {
-            bar.finish();
-        }
+        self.bar.finish();
     }
 }
