@@ -292,7 +292,7 @@ impl Calibration {
         drives: &[&Drive],
         progress: &mut (dyn FnMut(SearchProgress) -> ControlFlow<()> + Send),
     ) -> Result<Fit, Error> {
-        let whole = self.on(&self.loaded(drives)?, &[], || Ok(()), progress)?;
+        let whole = self.on(&self.loaded(drives)?, &[], |_| Ok(()), progress)?;
         Ok(Fit::of(whole.result)?.with_warning(whole.lost))
     }
 
@@ -301,12 +301,13 @@ impl Calibration {
         drives.iter().map(|drive| drive.for_model(&self.model)).collect()
     }
 
-    /// A calibration with all that belongs to it, and the scores on held-back drives; `begin` is called before the work, after all checks.
+    /// A calibration with all that belongs to it, and the scores on held-back drives. `begin` is called after all checks, before the search, with the
+    /// warning that the drives hardly have one driver.
     pub(crate) fn on(
         &self,
         loaded: &[Loaded],
         held: &[Loaded],
-        begin: impl FnOnce() -> anyhow::Result<()>,
+        begin: impl FnOnce(Option<&str>) -> anyhow::Result<()>,
         progress: &mut (dyn FnMut(SearchProgress) -> ControlFlow<()> + Send),
     ) -> anyhow::Result<Whole> {
         once(loaded.iter().chain(held).map(|one| &one.trajectory))?;
@@ -315,12 +316,12 @@ impl Calibration {
         let prepared = self.prepare(loaded)?;
         let held_cases = if held.is_empty() { None } else { Some(self.prepare(held)?.reference) };
         let mut evaluator = self.build(&prepared.reference)?;
-        begin()?;
         // Work beside the search stops with the search, and reports no progress.
         let mut last = SearchProgress { replicate: 0, evaluations: 0, best: None };
         let asked = Mutex::new(&mut *progress);
         let stop = || asked.lock().unwrap_or_else(PoisonError::into_inner)(last).is_break();
         let drivers = self.apart(&prepared, loaded, &stop)?;
+        begin(drivers.as_deref())?;
         let mut result = self.search(evaluator.as_mut(), &prepared, loaded, &mut |step| {
             last = step;
             progress(step)

@@ -171,14 +171,16 @@ fn one(
     folder: &Path,
 ) -> anyhow::Result<ResultFile> {
     let (started, mut bar) = (Instant::now(), progress::Bar::new(&calibration.search));
-    // Before the work, so that an unwritable folder does not cost a calibration.
-    let begin = || output::make_folder(folder);
+    let begin = |drivers: Option<&str>| {
+        drivers
+            .iter()
+            .for_each(|apart| warn(&format!("--joint: {apart}; without --joint each gets its own parameters")));
+        // Before the search, so that an unwritable folder does not cost one.
+        output::make_folder(folder)
+    };
     let found = calibration.on(loaded, held, begin, &mut |progress| bar.update(progress));
     bar.finish();
     let Whole { result, reference, lost } = found?;
-    if let Some(apart) = &result.drivers {
-        warn(&format!("--joint: {apart}; without --joint each gets its own parameters"));
-    }
     lost.iter().for_each(|text| warn(text));
     if calibration.folds.is_some() && result.held_back.is_none() && lost.is_none() {
         warn("--folds: interrupted; the result has no scores of left-out drivers");
