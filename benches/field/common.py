@@ -12,17 +12,15 @@ speed = { name = "speed_mps", unit = "m/s" }
 lead_speed = { name = "lead_speed_mps", unit = "m/s" }
 gap = { name = "spacing_m", unit = "m" }
 """
-#: Time step of the events [s].
-STEP_S = 0.1
 
 
-def table(events, target):
+def table(events, target, step_s=0.1):
     """Writes events, each of spacing [m], speed and speed ahead [m/s] at every step."""
     with open(target, "w") as out:
         out.write("event,time_s,spacing_m,speed_mps,lead_speed_mps\n")
         for number, event in enumerate(events, 1):
             for i, (spacing, speed, ahead) in enumerate(zip(*event)):
-                out.write(f"{number},{i * STEP_S:.1f},{spacing:.6g},{speed:.6g},{ahead:.6g}\n")
+                out.write(f"{number},{i * step_s:.1f},{spacing:.6g},{speed:.6g},{ahead:.6g}\n")
 
 
 def run(leadlag, *words):
@@ -33,7 +31,7 @@ def run(leadlag, *words):
     return json.loads(done.stdout)
 
 
-def fits(leadlag, out, train, test, base, score, window=()):
+def fits(leadlag, out, train, test, base, score, window=(), gof="rmse-s"):
     """Yields the base and the chosen model, each with its result. `diagnose` proposes models: those that it cannot distinguish from the best.
     Of them and the base, the chosen one has the lowest `score` on training drivers whom each of five calibrations left out."""
     columns = out / "map.toml"
@@ -45,7 +43,7 @@ def fits(leadlag, out, train, test, base, score, window=()):
     def fit(causes, *more):
         extend = [word for cause in causes for word in ("--extend", cause)]
         folder = out / ("+".join(causes) or "base")
-        return run(leadlag, "calibrate", *read, "--joint", "--model", base, *extend, "--bounds", "human", "--gof", "rmse-s", *window,
+        return run(leadlag, "calibrate", *read, "--joint", "--model", base, *extend, "--bounds", "human", "--gof", gof, *window,
                    "--no-intervals", *more, "--out", str(folder), "--json")
 
     left_out = {}

@@ -25,7 +25,7 @@ use crate::score::GoodnessOfFit;
 use crate::select::{Selection, Work};
 use crate::symbols::Symbol;
 use crate::text::option::{FIX, HISTORY, JOINT, MAX_EVALUATIONS, OPTIMIZER, PRECISION, REPLICATES, SEED, VEHICLE};
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Trajectory, different_names};
 use crate::vehicle::Vehicle;
 use crate::wgsl::read_extension;
 use std::ops::ControlFlow;
@@ -415,9 +415,10 @@ impl Calibration {
         self.bound_delays(vehicle, &mut overrides)?;
         let space = SearchSpace::new(&model, vehicle, self.convention, &overrides)?;
         let mut cases = Vec::new();
+        let delays = (space.tau_p_upper(), space.extension_delay_upper());
         for l in loaded {
-            let case = Case::new(&l.trajectory, model, l.vehicle(), self.convention, space.tau_p_upper())?;
-            cases.push(case.with_extension_delay(space.extension_delay_upper())?.with_history(self.history_s)?);
+            let case = Case::within(&l.trajectory, model, l.vehicle(), self.convention, delays)?;
+            cases.push(case.with_history(self.history_s)?);
         }
         let prepared = Prepared { space, reference: Reference::new(cases, self.gof) };
         self.own_positions(&prepared)?;
@@ -481,7 +482,11 @@ impl Calibration {
             return Ok(None);
         }
         let Prepared { space, reference } = prepared;
-        let labels: Vec<&str> = loaded.iter().map(|l| l.trajectory.label.as_str()).collect();
+        let trajectories: Vec<&Trajectory> = loaded.iter().map(|one| &one.trajectory).collect();
+        if let Some((_, names)) = different_names(&trajectories) {
+            return Ok(Some(names));
+        }
+        let labels: Vec<&str> = trajectories.iter().map(|one| one.label.as_str()).collect();
         let found: Option<Apart> = apart_until(reference.cases(), space, self.search.seed, stop)?;
         Ok(found.map(|apart| apart.told(space, &labels)))
     }

@@ -6,8 +6,10 @@ use crate::diagnose::describe::error_breakdown::{Errors, budget};
 use crate::diagnose::describe::free::{BrokenOffEntry, Free, free, nrmse_of};
 use crate::diagnose::describe::missing::{Missing, Profiles, profiles};
 use crate::diagnose::drive::Drive;
+use crate::diagnose::likelihood::model::Model;
 use crate::diagnose::likelihood::observer::{Noise, design};
 use crate::diagnose::{Adopted, DiagnoseError, Fitted, Inference, POLICY, Question};
+use crate::evaluator::Innovations;
 use crate::extension::Extension;
 use crate::race::{Answer, Delivered, combine};
 use crate::result::diagnosis::{
@@ -47,7 +49,7 @@ pub struct Diagnosis {
     pub inference: Inference,
     /// The base model.
     pub base: Described,
-    /// The recommended model, otherwise the one with the adopted causes. It has missing accelerations only if the likelihood fits the same one.
+    /// The recommended model, otherwise the one with the named causes.
     pub extended: Option<Described>,
 }
 
@@ -69,16 +71,13 @@ pub fn describe(
         (delivered, _) => Some(Simulated::of(question.base, delivered, &inference.extended)),
     };
     let compared = [base_model.variant, extended_model.as_ref().map_or(base_model.variant, |model| model.variant)];
-    let base =
-        Described { series: series(question, &inference.base, lap), runs: base_model.runs(question, compared, &[])? };
+    let base = Described {
+        series: base_model.series(question, &inference.base, &inference.base.noise, lap)?,
+        runs: base_model.runs(question, compared, &[])?,
+    };
     let extended = match &extended_model {
         Some(model) => Some(Described {
-            // Only the model that the likelihood fits has a known missing acceleration.
-            series: if !adopted.is_empty() && model.variant == inference.extended.variant {
-                series(question, &inference.extended, lap)
-            } else {
-                Vec::new()
-            },
+            series: model.series(question, &inference.extended, &inference.base.noise, lap)?,
             runs: model.runs(question, [compared[1], compared[0]], adopted)?,
         }),
         None => None,
@@ -96,9 +95,8 @@ pub fn describe(
         .collect();
     let broken_off = broken_off(question, &base);
     let missing = sorted(&base.series[..trained]);
-    let left = extended.as_ref().filter(|e| !e.series.is_empty());
-    let missing_left = left.and_then(|e| sorted(&e.series[..trained]));
-    let left = left.unwrap_or(&base);
+    let missing_left = extended.as_ref().and_then(|e| sorted(&e.series[..trained]));
+    let left = extended.as_ref().unwrap_or(&base);
     let mut left_over: Vec<LeftOverEntry> = inference
         .left_over
         .iter()
@@ -107,7 +105,7 @@ pub fn describe(
     if let Some(profiles) = missing_left.as_ref().or(missing.as_ref()) {
         left_over.push(LeftOverEntry {
             kind: "missing_acceleration".to_owned(),
-            r#where: format!("m/s² rms, most of it at {}", worst_minute(&left.series[..trained])),
+            r#where: format!("m/s² rms, largest at {}", worst_minute(&left.series[..trained])),
             size: profiles.rms,
         });
     }
@@ -162,7 +160,7 @@ fn broken_off(question: &Question<'_>, model: &Described) -> Vec<BrokenOffEntry>
     question.train.iter().zip(&model.runs).filter(|(_, run)| !run.complete).map(entry).collect()
 }
 
-/// A model in free simulation.
+/// A model of the result, to be simulated.
 struct Simulated {
     variant: Variant,
     parameters: Parameters,
@@ -189,6 +187,36 @@ impl Simulated {
     ) -> Result<Vec<Free>, DiagnoseError> {
         let drives = question.train.iter().chain(question.holdout);
         free(drives, compared, &self.parameters, adopted, question.bounds)
+    }
+
+    /// The missing acceleration on the training drives, then on the held-back drives. Models of the race have the same observer, that of
+    /// the base's noise.
+    fn series(
+        &self,
+        question: &Question<'_>,
+        fitted: &Fitted,
+        of_base: &Noise,
+        lap: Option<f64>,
+    ) -> Result<Vec<Series>, DiagnoseError> {
+        let drives = || question.train.iter().chain(question.holdout);
+        let (noise, runs) = if self.entries.is_some() {
+            let drives: Vec<Drive> = drives().cloned().collect();
+            let model = Model::new(self.variant, &drives, question.bounds, &[])?;
+            let values: Vec<f64> = model.symbols.iter().map(|symbol| self.parameters.get(*symbol)).collect();
+            (of_base, &model.innovations(&values, of_base)?)
+        } else {
+            (&fitted.noise, &fitted.innovations)
+        };
+        let one = |(drive, run): (&Drive, &Innovations)| {
+            let scene = Covariates::of(drive, lap);
+            let mut d: Vec<f64> = run.state.iter().map(|state| state[2]).collect();
+            d[..run.first.min(scene.len())].fill(f64::NAN);
+            let (d_0, t_h) = (self.parameters.d_0, self.parameters.t_h);
+            let wanted = (d_0 + t_h).is_finite();
+            let gap_error = wanted.then(|| scene.s.iter().zip(&scene.v).map(|(s, v)| s - d_0 - t_h * v).collect());
+            Series { error: deviation(noise, scene.dt), scene, d, gap_error }
+        };
+        Ok(drives().zip(runs).map(one).collect())
     }
 
     /// The entry, with the noise of the likelihood.
@@ -245,20 +273,6 @@ fn worst_minute(series: &[Series]) -> String {
     }
     let (square, at) = worst;
     format!("{at} ({:.0} %)", 100.0 * square / f64::max(all, 1e-300))
-}
-
-fn series(question: &Question<'_>, model: &Fitted, lap: Option<f64>) -> Vec<Series> {
-    let drives = question.train.iter().chain(question.holdout);
-    let one = |(drive, innovations): (&Drive, &crate::evaluator::Innovations)| {
-        let scene = Covariates::of(drive, lap);
-        let mut d: Vec<f64> = innovations.state.iter().map(|state| state[2]).collect();
-        d[..innovations.first.min(scene.len())].fill(f64::NAN);
-        let (d_0, t_h) = (model.parameters.d_0, model.parameters.t_h);
-        let wanted = (d_0 + t_h).is_finite();
-        let gap_error = wanted.then(|| scene.s.iter().zip(&scene.v).map(|(s, v)| s - d_0 - t_h * v).collect());
-        Series { error: deviation(&model.noise, scene.dt), scene, d, gap_error }
-    };
-    drives.zip(&model.innovations).map(one).collect()
 }
 
 /// Standard deviation of d after a correction \[m/s²\]: its row of the steady state P = P⁻ - K S Kᵀ with P⁻ = φ² P + (1 - φ²) σ².

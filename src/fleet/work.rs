@@ -117,8 +117,8 @@ pub(super) fn case(
     variant: &Variant,
     convention: Convention,
 ) -> Result<Case, CaseError> {
-    Case::new(trajectory, *variant, vehicle.as_ref(), convention, space.tau_p_upper())?
-        .with_extension_delay(space.extension_delay_upper())
+    let delays = (space.tau_p_upper(), space.extension_delay_upper());
+    Case::within(trajectory, *variant, vehicle.as_ref(), convention, delays)
 }
 
 /// Calibrates some places of one model and measure on one evaluator. After a stop, only those that have finished.

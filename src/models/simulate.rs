@@ -44,8 +44,8 @@ impl CalibratedVariant {
     /// # Errors
     /// As [`Case::new`].
     pub fn case(&self, trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> Result<Case, CaseError> {
-        let case = Case::new(trajectory, self.variant, vehicle, self.convention, self.tau_p_upper)?;
-        case.with_extension_delay(self.extension_delay_upper)?.with_history(self.history_s)
+        let delays = (self.tau_p_upper, self.extension_delay_upper);
+        Case::within(trajectory, self.variant, vehicle, self.convention, delays)?.with_history(self.history_s)
     }
 }
 

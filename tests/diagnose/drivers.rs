@@ -29,3 +29,20 @@ fn one_driver_is_not_called_two_and_most_mixtures_are_noticed() {
     }
     assert!(noticed >= 14, "{noticed} of 16");
 }
+
+/// Measured cars with adaptive cruise control follow so alike that their errors do not tell them apart; names in the files do.
+#[test]
+fn files_that_name_two_followers_are_not_one_driver() {
+    let mut drives = drives("idm", 7300);
+    let mut found = |names: [&str; 2]| {
+        drives.iter_mut().zip(names).for_each(|(drive, name)| name.clone_into(&mut drive.trajectory.name));
+        let both: Vec<&Drive> = drives[..2].iter().collect();
+        different_drivers(&both, "idm".parse().expect("a base"), &Overrides::new(), 1).expect("it runs")
+    };
+    for alike in [["Audi(A6)"; 2], ["car 2", "car 3"], ["", "Audi(A6)"]] {
+        assert_eq!(found(alike), None, "{alike:?}");
+    }
+    let different = found(["Tesla(Model3)", "Audi(A6)"]).expect("two names");
+    assert!(different.sentence.starts_with("the files name 2 followers: Audi(A6) in "), "{}", different.sentence);
+    assert!(different.sentence.ends_with("; --follower NAME selects one"), "{}", different.sentence);
+}

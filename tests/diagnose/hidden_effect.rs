@@ -9,7 +9,8 @@ use crate::common::{
 };
 use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, Judgement, infer_task, judge, planted};
 use leadlag::internal::calibrate::Overrides;
-use leadlag::internal::diagnose::Drive;
+use leadlag::internal::describe::describe;
+use leadlag::internal::diagnose::{Drive, Effort, Question, infer};
 use leadlag::internal::extension::Extension;
 use leadlag::internal::race::{Answer, Policy, race};
 use leadlag::internal::trajectory::{Preparation, import, prepare};
@@ -317,6 +318,24 @@ fn in_the_race_a_lag_is_named_by_its_family_and_recommended() {
     let found = answer.recommended();
     let families: Vec<&str> = found.iter().map(|cause| cause.family()).collect();
     assert!(families.contains(&"phase"), "{families:?} of {passing:?}");
+}
+
+/// What is left is that of the recommended model, whichever of the two found it.
+#[test]
+fn a_model_that_only_the_race_finds_leaves_less_missing_acceleration() {
+    let task = long("one", "l-cth", &["actuation_lag"], 0.0, 4201);
+    let drives: Vec<Drive> = planted(&task).map(|p| p.train.into_iter().chain(p.holdout).collect()).expect("drivable");
+    let (answer, _) = judged_in_closed_loop(&drives, &task.base, &[]);
+    let base = task.base.parse().expect("a law");
+    let bounds = Overrides::new();
+    let question =
+        Question { train: &drives, holdout: &[], base, effort: Effort::Quick, seed: 1, causes: &[], bounds: &bounds };
+    let inference = infer(&question, &mut |_| ControlFlow::Continue(())).expect("can be run");
+    let outcome = describe(&question, inference, &answer, None).expect("can be run").outcome;
+    let [base, left] = [&outcome.missing, &outcome.missing_left].map(|m| m.as_ref().expect("known").rms);
+    let of_text = outcome.left_over.iter().find(|left| left.kind == "missing_acceleration").expect("left");
+    assert!(outcome.recommended.is_some() && left < 0.8 * base, "{left} of {base}");
+    assert_eq!(of_text.size.to_bits(), left.to_bits());
 }
 
 /// The likelihood names a dead zone here, so a lag would be a second story.

@@ -1,7 +1,7 @@
 //! Tables of other layouts, read by column maps: made-up drives written in the layouts that NGSIM, highD and SUMO document.
 
 use leadlag::internal::trajectory::import::{self, ColumnMap, read_mapped_from};
-use leadlag::internal::trajectory::{Note, Preparation, Recording, Trajectory, inspect, prepare};
+use leadlag::internal::trajectory::{Note, Preparation, Recording, Trajectory, driver_id, inspect, prepare};
 use leadlag::{Pairs, Reading};
 use std::fmt::Write;
 
@@ -222,6 +222,8 @@ fn a_table_of_pairs_with_positions_is_read() {
     }
     let recording = read(&text, "fhwa-cav");
     let trajectory = only(&recording);
+    // Drivers of one run are different ones.
+    assert_eq!(driver_id(&trajectory.name, trajectory.id.as_deref()), None);
     assert_eq!((trajectory.len(), trajectory.dt, trajectory.len_l), (200, 0.1, 5.0));
     for (i, t) in trajectory.t.iter().enumerate() {
         assert!((trajectory.s[i] - gap(*t)).abs() < 2e-4 && (trajectory.v_f[i] - drive(*t)[1].1).abs() < 2e-4);

@@ -112,6 +112,23 @@ fn a_fleet_is_evaluated_on_its_own_drives_and_on_others() {
     assert!(said.contains("platoon elsewhere") && said.contains("--data"), "{said}");
 }
 
+/// Drives of 2.5 s are shorter than the longest delay of the extension, 3 s, but not than that of the bounds.
+#[test]
+fn bounds_of_a_delay_make_short_drives_long_enough() {
+    let folder = scratch("fleet_use", "short");
+    let (table, bounds, out) = (folder.join("pairs.csv"), folder.join("bounds.toml"), folder.join("fleet"));
+    fs::write(&table, HEADER.to_owned() + &drives(0..3, 26)).expect("room");
+    fs::write(&bounds, "tp = [0, 0.5]\n").expect("room");
+    let words =
+        ["calibrate", text(&table), "--all", "--model", "idm", "--extend", "perception_delay", "--out", text(&out)];
+    ok(&[&words[..], &["--bounds", text(&bounds), "--max-evaluations", "300", "--no-intervals"]].concat());
+    let scored = folder.join("scores.csv");
+    ok(&["evaluate", text(&out), "--out", text(&scored)]);
+    let found = rows_of(&scored);
+    let simulated: Vec<&str> = found.iter().map(|row| row["success"].as_str()).collect();
+    assert_eq!(simulated, ["1", "1", "1"]);
+}
+
 /// A table of several drivers is not a drive with gaps.
 #[test]
 fn one_trajectory_of_several_says_how_to_take_the_others() {

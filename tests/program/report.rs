@@ -86,7 +86,7 @@ fn found(hide: &str, seconds: u32) {
 fn go_on(folder: &Path, causes: &Value, on: &str, trained: &Value) {
     let said = fs::read_to_string(folder.join("diagnosis.txt")).expect("kept");
     let flat: Vec<&str> = said.split_whitespace().collect();
-    assert!(flat.join(" ").contains(" s, held back from there to "), "{said}");
+    assert!(flat.join(" ").contains(" s, held back from "), "{said}");
     let (_, rest) = said.split_once(&format!("\nTo calibrate it {on}")).expect("a next command");
     let (_, rest) = rest.split_once(":\n  leadlag ").expect("a command");
     let typed: Vec<&str> =
@@ -167,7 +167,7 @@ fn a_calibration_is_shown_in_the_terminal_and_as_a_page() {
     assert!(["<style", "<script", "<link"].iter().all(|tag| html.find(tag).is_some_and(|at| at > policy)));
     assert!(!html[policy..].lines().next().expect("a line").contains("http"));
     assert_eq!(html.matches("<noscript>").count(), html.matches("data-chart=\"").count() + 1);
-    for words in ["Error by driving state", "Error by frequency", "Residuals over speed", "class=\"number share\""] {
+    for words in ["Error by driving state", "Residuals over speed", "class=\"number share\""] {
         assert!(html.contains(words), "{words}");
     }
     // Intervals of the parameters, as on the terminal: bounds in parentheses, samples, the most correlated parameter of each.
@@ -277,7 +277,9 @@ fn a_simulation_of_another_drive_is_neither_mixed_with_a_calibration_nor_drawn_w
         let said = report();
         assert!(said.contains(told) && said.contains("its charts are left out"), "{said}");
         let html = fs::read_to_string(&page).expect("written");
-        assert!(html.contains("The folder has no simulation of this result") && !html.contains("Error by frequency"));
+        assert!(
+            html.contains("The folder has no simulation of this result") && !html.contains("Error by driving state")
+        );
     }
 }
 

@@ -305,6 +305,30 @@ impl Trajectory {
     }
 }
 
+/// The followers that the files of these trajectories name, if they differ in name or in driver (`ACC`, `Human`). A file without names
+/// numbers its cars, which says nothing. Their number, and the message.
+#[must_use]
+pub fn different_names(trajectories: &[&Trajectory]) -> Option<(usize, String)> {
+    let is_number = |name: &str| name.strip_prefix("car ").is_some_and(|number| number.parse::<usize>().is_ok());
+    let named = trajectories.iter().filter(|one| !one.name.is_empty() && !is_number(&one.name));
+    let mut all: Vec<(String, &str)> = named
+        .map(|one| {
+            (one.driver().map_or(one.name.clone(), |driver| format!("{}, {driver},", one.name)), &*one.source.path)
+        })
+        .collect();
+    all.sort_by(|a, b| a.0.cmp(&b.0));
+    all.dedup_by(|a, b| a.0 == b.0);
+    let [(one, first), (other, second), ..] = all.as_slice() else { return None };
+    let count = all.len();
+    Some((
+        count,
+        format!(
+            "the files name {count} followers: {one} in {first}, {other} in {second}{}",
+            if count > 2 { ", ..." } else { "" }
+        ),
+    ))
+}
+
 /// Positions that follow from speeds by the ballistic scheme, Eq. 1 \[m\].
 #[must_use]
 pub fn integrate(x_0: f64, v: &[f64], dt: f64) -> Vec<f64> {

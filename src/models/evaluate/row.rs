@@ -176,8 +176,9 @@ fn parse(
         (None, path) => NamedFile::Path(path.map(text).unwrap_or_default()),
     };
     let wanted = Wanted { file, trajectory: filled(columns.trajectory), follower };
-    let case = library.case(wanted, settings)?.for_variant(variant)?;
-    let case = if delay_upper.is_some() { case.with_extension_delay(delay_upper)? } else { case };
+    let case = library.case(wanted, settings)?;
+    let extension_delay_upper = delay_upper.or(case.extension_delay_upper);
+    let case = Case { extension_delay_upper, ..case }.for_variant(variant)?;
     case.check(&parameters)?;
     library.uses_vehicle_of(&case);
     far_above_in(&case, &parameters).into_iter().for_each(|doubt| library.doubt(doubt));

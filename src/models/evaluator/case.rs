@@ -162,6 +162,20 @@ impl Case {
         convention: Convention,
         tau_p_upper: f64,
     ) -> Result<Case, CaseError> {
+        Case::within(trajectory, variant, vehicle, convention, (tau_p_upper, None))
+    }
+
+    /// The same with the upper bound of the delay of an extension \[s\] besides; `None`: the extension's own.
+    ///
+    /// # Errors
+    /// Those of [`Case::new`]; [`CaseError::DelayBound`].
+    pub fn within(
+        trajectory: &Trajectory,
+        variant: Variant,
+        vehicle: Option<&Vehicle>,
+        convention: Convention,
+        (tau_p_upper, extension_delay_upper): (f64, Option<f64>),
+    ) -> Result<Case, CaseError> {
         let dt = match convention.step {
             Step::Nominal => trajectory.dt,
             Step::Raw => trajectory.dt_raw,
@@ -185,7 +199,7 @@ impl Case {
             v_l2: trajectory.v_l2.as_deref().map(Arc::from),
             s_l2: trajectory.s_l2.as_deref().map(Arc::from),
             tau_p_upper,
-            extension_delay_upper: None,
+            extension_delay_upper,
             earliest: 1,
         };
         case.for_variant(variant)

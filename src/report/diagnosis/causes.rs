@@ -4,10 +4,11 @@ use super::short::parameter;
 use crate::diagnose::Verdict;
 use crate::report::text::wrapped;
 use crate::result::diagnosis::recommended::{ClosedLoopEntry, Trial};
-use crate::result::diagnosis::{CauseEntry, Outcome};
+use crate::result::diagnosis::{CauseEntry, NotTriedEntry, Outcome};
 use crate::symbols::Symbol;
 use crate::text::option::BASE;
 use crate::wgsl::{laws, library};
+use indexmap::IndexMap;
 use std::fmt::{Result, Write};
 
 /// Number of models shown, the best ones.
@@ -63,9 +64,10 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
         one(text, outcome, cause);
     }
     let absorbed: Vec<&str> = outcome.not_testable.iter().map(|entry| entry.name.as_str()).collect();
-    for (what, list) in
-        [("Not testable, because a calibration absorbs them", absorbed.join(", ")), ("Not tried", not_tried(outcome))]
-    {
+    for (what, list) in [
+        ("Not testable, because a calibration absorbs them", absorbed.join(", ")),
+        ("Not tried", not_tried(outcome.not_tried.iter())),
+    ] {
         if !list.is_empty() {
             text.push_str(&wrapped(0, 2, &format!("{what}: {list}")));
         }
@@ -73,10 +75,11 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
     Ok(())
 }
 
-/// Causes that could not be tried, and why.
-pub(super) fn not_tried(outcome: &Outcome) -> String {
-    let all: Vec<String> = outcome.not_tried.iter().map(|entry| format!("{} ({})", entry.name, entry.reason)).collect();
-    all.join(", ")
+/// Causes that could not be tried, by reason.
+pub(super) fn not_tried<'a>(entries: impl Iterator<Item = &'a NotTriedEntry>) -> String {
+    let mut all: IndexMap<&str, Vec<&str>> = IndexMap::new();
+    entries.for_each(|entry| all.entry(&entry.reason).or_default().push(&entry.name));
+    all.iter().map(|(reason, names)| format!("{} ({reason})", names.join(", "))).collect::<Vec<_>>().join("; ")
 }
 
 /// The next command if the car follows the law of another base.
@@ -86,13 +89,12 @@ pub(in crate::internal::report) fn next(base: &str) -> String {
 
 /// A named cause: its sizes, its evidence, its term, and the causes that explain the data as well.
 fn one(text: &mut String, outcome: &Outcome, cause: &CauseEntry) {
-    let family = if cause.family == cause.name { String::new() } else { format!(", family {}", cause.family) };
     let how = match cause.threshold_kind.as_str() {
         "bootstrap" => String::new(),
         kind => format!(": evidence {:.0}, threshold {:.0} ({kind})", cause.evidence, cause.threshold),
     };
     let place = cause.recording.as_ref().map(|recording| format!("in {recording}"));
-    let lines = [Some(format!("{}{family}{how}", sized(cause))), cause.equation.clone(), place];
+    let lines = [Some(format!("{}{how}", sized(cause))), cause.equation.clone(), place];
     text.push_str(&wrapped(0, 2, &lines.into_iter().flatten().collect::<Vec<_>>().join("; ")));
     let rivals: Vec<String> = outcome.rivals(cause).map(sized).collect();
     if !rivals.is_empty() {

@@ -70,7 +70,8 @@ fn verdict(outcome: &Outcome) -> String {
     }
 }
 
-/// The unexplained acceleration of the base: its size, its duration, and whether it belongs to places of the road; and the causes not tried.
+/// The unexplained acceleration of the base: its size, its duration, and whether it belongs to places of the road; and the causes that
+/// more data would allow.
 fn unexplained(outcome: &Outcome) -> String {
     let mut text = String::new();
     let noise = outcome.base.as_ref().and_then(|base| base.noise.as_ref());
@@ -90,8 +91,9 @@ fn unexplained(outcome: &Outcome) -> String {
             text += &format!(" {place}{remedy}.");
         }
     }
-    if !outcome.not_tried.is_empty() {
-        text += &format!(" Not tried: {}.", not_tried(outcome));
+    let untried = not_tried(outcome.not_tried.iter().filter(|entry| entry.needs.is_some()));
+    if !untried.is_empty() {
+        text += &format!(" Not tried: {untried}.");
     }
     text
 }
@@ -275,7 +277,13 @@ fn percent(gain: &ClosedLoopGain) -> [f64; 3] {
 
 fn recommendation(outcome: &Outcome, recommended: &Recommended) -> [String; 2] {
     let base = base(outcome);
-    let causes: Vec<String> = recommended.causes.iter().map(cause).collect();
+    // The verdict gives the meaning of a named cause.
+    let meaning = |cause: &RecommendedCause| match outcome.causes.iter().any(|named| named.name == cause.name) {
+        true => String::new(),
+        false => cause.meaning.clone(),
+    };
+    let one = |cause: &RecommendedCause| in_words(&cause.name, &meaning(cause), &cause.parameters);
+    let causes: Vec<String> = recommended.causes.iter().map(one).collect();
     let [falls, low, high] = percent(&recommended.gain);
     // One entry per driver of a fleet, otherwise per file.
     let (all, of) = (recommended.per_drive.len(), if outcome.fleet.is_some() { "drivers" } else { "files" });
@@ -285,10 +293,6 @@ fn recommendation(outcome: &Outcome, recommended: &Recommended) -> [String; 2] {
         format!("Recommended: {base} with {}.", causes.join(" and ")),
         format!("With it, the error on unseen drives falls by {falls:.0} % [{low:.0}, {high:.0}]{each}."),
     ]
-}
-
-fn cause(cause: &RecommendedCause) -> String {
-    in_words(&cause.name, &cause.meaning, &cause.parameters)
 }
 
 pub(super) fn parameter(p: &ParameterEntry) -> String {

@@ -11,8 +11,13 @@ use crate::text::option::CORRECT;
 use indexmap::IndexSet;
 use std::fmt::Write;
 
-/// Width of the first column, in characters.
-const NAME: usize = 36;
+/// Widths of the first column of a table and of the others, in characters.
+const NAME: usize = 28;
+/// See [`NAME`].
+const CELL: usize = 13;
+
+/// Number of files that the text lists: a fleet can have thousands.
+const FILES: usize = 8;
 
 /// Information of the caller besides the result.
 #[derive(Debug, Clone, Default)]
@@ -86,53 +91,34 @@ fn heading(text: &mut String, title: &str) {
     text.push_str(&format!("\n{title}\n"));
 }
 
-/// The section on the data; `trained` as in [`Beside`].
+/// The section on the data; `trained` as in [`Beside`]. Notes that all drives share are written once.
 #[must_use]
 pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]]) -> String {
     let mut text = "1. Are the data sound?\n".to_owned();
-    for (i, entry) in data.iter().enumerate() {
+    let notes: Vec<Vec<String>> = data.iter().map(|entry| notes(entry, findings)).collect();
+    let is_shared = |note: &&String| data.len() > 1 && notes.iter().all(|other| other.contains(note));
+    for (i, (entry, own)) in data.iter().zip(&notes).enumerate().take(FILES) {
         let [from, to] = entry.window_s;
-        let window = match trained.get(i) {
-            Some([from, until]) => format!("{from:.1} to {until:.1} s, held back from there to {to:.1} s"),
-            None => format!("{from:.1} to {to:.1} s"),
-        };
-        let mut who = entry.follower().map_or_else(String::new, |follower| format!(" follower {follower}"));
-        who += &if entry.name.is_empty() { String::new() } else { format!(", {}", entry.name) };
-        who += &entry.trajectory.as_ref().map_or_else(String::new, |id| format!(", trajectory {id}"));
-        text.push_str(&wrapped(0, 2, &format!("{} [{}]{who}, {window}", entry.path, entry.role)));
+        let held_back = trained.get(i).map_or(String::new(), |[_, until]| format!(", held back from {until:.1} s"));
+        let mut line = format!("{} [{}]", entry.path, entry.role);
+        line += &entry.follower().map_or_else(String::new, |follower| format!(" follower {follower}"));
+        line += &if entry.name.is_empty() { String::new() } else { format!(", {}", entry.name) };
+        line += &entry.trajectory.as_ref().map_or_else(String::new, |id| format!(", trajectory {id}"));
+        line += &format!(", {from:.1} to {to:.1} s{held_back}");
         if let Some(rms) = entry.gap_rate_rms_mps {
-            text.push_str(&wrapped(
-                2,
-                4,
-                &format!("spacing and speeds agree within {} m/s (root mean square over 1 s)", small(rms)),
-            ));
+            line += &format!("; spacing and speeds agree within {} m/s (rms over 1 s)", small(rms));
         }
-        if let Some(units) = &entry.units {
-            text.push_str(&wrapped(2, 4, &format!("UNITS: {units}. {MEND_FIRST}")));
-        }
-        let mut own = findings.iter().filter(|finding| finding.is_of(entry)).peekable();
-        if own.peek().is_none() && entry.units.is_none() {
-            text.push_str("  no contradictions found\n");
-        }
-        let (shown, minor): (Vec<_>, Vec<_>) = own.partition(|f| !f.is_minor());
-        for finding in shown {
-            text.push_str(&wrapped(2, 4, &format!("{}: {}", finding.name.to_uppercase(), finding.told())));
-            if let Some(correction) = &finding.correction {
-                text.push_str(&wrapped(4, 6, &format!("done: {correction}")));
-            }
-        }
-        if !minor.is_empty() {
-            let names: IndexSet<String> = minor.iter().map(|finding| finding.name.to_uppercase()).collect();
-            let names: Vec<String> = names.into_iter().collect();
-            let names = names.join(", ");
-            text.push_str(&wrapped(2, 4, &format!("too small to matter: {names} (leadlag inspect shows more)")));
-        }
-        if let Some(moved) = entry.moved() {
-            text.push_str(&wrapped(2, 4, &moved));
-        }
-        for unseen in &entry.unseen {
-            text.push_str(&wrapped(2, 4, &format!("not detectable: {unseen}")));
-        }
+        text.push_str(&wrapped(0, 2, &line));
+        own.iter().filter(|note| !is_shared(note)).for_each(|note| text.push_str(&wrapped(2, 4, note)));
+    }
+    if let Some(more) = notes.get(FILES..).filter(|more| !more.is_empty()) {
+        let noted = more.iter().filter(|own| !own.iter().all(|note| is_shared(&note))).count();
+        text.push_str(&format!("{} more files, {noted} of them with notes, are in diagnosis.json.\n", more.len()));
+    }
+    let shared: Vec<&String> = notes.first().into_iter().flatten().filter(is_shared).collect();
+    if !shared.is_empty() {
+        text.push_str("All drives:\n");
+        shared.iter().for_each(|note| text.push_str(&wrapped(2, 4, note)));
     }
     let can_be_corrected =
         |f: &FindingEntry| f.correction.is_none() && f.remedies.iter().any(|remedy| *remedy == CORRECT.id());
@@ -140,6 +126,27 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
         text.push_str(&format!("The data are unchanged. {CORRECT} repairs these faults where possible.\n"));
     }
     text
+}
+
+/// What the check of the data says about a drive.
+fn notes(entry: &DataEntry, findings: &[FindingEntry]) -> Vec<String> {
+    let mut notes: Vec<String> = entry.units.iter().map(|units| format!("UNITS: {units}. {MEND_FIRST}")).collect();
+    let (shown, minor): (Vec<_>, Vec<_>) = findings.iter().filter(|f| f.is_of(entry)).partition(|f| !f.is_minor());
+    if shown.is_empty() && minor.is_empty() && notes.is_empty() {
+        notes.push("no contradictions found".to_owned());
+    }
+    for finding in shown {
+        let done = finding.correction.as_ref().map_or(String::new(), |done| format!("; done: {done}"));
+        notes.push(format!("{}: {}{done}", finding.name.to_uppercase(), finding.told()));
+    }
+    if !minor.is_empty() {
+        let names: IndexSet<String> = minor.iter().map(|finding| finding.name.to_uppercase()).collect();
+        let names: Vec<String> = names.into_iter().collect();
+        notes.push(format!("too small to matter: {} (leadlag inspect shows more)", names.join(", ")));
+    }
+    notes.extend(entry.moved());
+    notes.extend(entry.unseen.iter().map(|unseen| format!("not detectable: {unseen}")));
+    notes
 }
 
 fn small(value: f64) -> String {
@@ -194,25 +201,26 @@ fn value(p: &ParameterEntry) -> String {
     format!("{:.4}{interval}{}", p.value, if p.at_bound { "*" } else { "" })
 }
 
-/// Errors on data that the models were not fitted to.
+/// Errors on data that the models were not fitted to; two numbers are those of the base and of the recommended model.
 fn held_back(text: &mut String, drives: &[HeldBackEntry]) -> std::fmt::Result {
     if drives.is_empty() {
         return Ok(());
     }
-    let title = "rms errors on left-out data";
-    writeln!(text, "{title:<NAME$}{:>10} {:>10} {:>11}{:>9}", "spacing", "speed", "accel.", "NRMSE")?;
-    let mut row = |name: &str, [s, v, a]: [f64; 3], nrmse: f64| {
-        writeln!(text, "{name:<NAME$}{s:>8.3} m {v:>6.3} m/s {a:>6.3} m/s²{nrmse:>9.4}")
-    };
+    let both = drives.iter().any(|drive| drive.recommended.is_some());
+    let of = if both { ", of the base and the recommended model" } else { "" };
+    writeln!(text, "Rms errors on left-out data{of}:")?;
+    let heads = ["spacing [m]", "speed [m/s]", "accel [m/s²]", "NRMSE"].map(|head| format!("{head:>CELL$}"));
+    writeln!(text, "{:NAME$}{}", "", heads.concat())?;
     for drive in drives {
-        let name = end(&drive.label, NAME - 1);
-        match (drive.rms, drive.nrmse_sva) {
-            (Some(rms), Some(nrmse)) => row(&name, rms, nrmse)?,
-            _ => row(&name, [f64::NAN; 3], f64::NAN)?,
-        }
-        if let Some(errors) = &drive.recommended {
-            row("  recommended model", errors.rms, errors.nrmse_sva)?;
-        }
+        let base = drive.rms.zip(drive.nrmse_sva);
+        let more = drive.recommended.map(|errors| (errors.rms, errors.nrmse_sva));
+        let numbers = |(rms, nrmse): ([f64; 3], f64)| [rms[0], rms[1], rms[2], nrmse].map(|x| format!("{x:.3}"));
+        let (base, more) = (base.map_or(["NaN"; 4].map(str::to_owned), numbers), more.map(numbers));
+        let cell = |k: usize| match &more {
+            Some(more) => format!("{:>CELL$}", format!("{} {}", base[k], more[k])),
+            None => format!("{:>CELL$}", base[k]),
+        };
+        writeln!(text, "{:<NAME$}{}", end(&drive.label, NAME - 1), (0..4).map(cell).collect::<String>())?;
     }
     if drives.iter().any(|drive| drive.rms.is_none()) {
         text.push_str("NaN: the simulation ends early.\n");
@@ -250,8 +258,8 @@ fn errors(budget: &Budget) -> String {
     const SPEED: usize = 1;
     let [s, v, a] = budget.rms;
     let share = |share: &Share| {
-        let time = share.time.map_or(String::new(), |time| format!(" in {:.0} % of the time", 100.0 * time));
-        format!("; {}: {:.0} % of the speed's squared error{time}", share.name, 100.0 * share.error[SPEED])
+        let [error, time] = [share.error[SPEED], share.time].map(|share| 100.0 * share);
+        format!("; {}: {error:.0} % of the speed's squared error in {time:.0} % of the time", share.name)
     };
     let worst = budget.worst_regime(SPEED).map_or(String::new(), share);
     format!("Rms errors: spacing {s:.3} m, speed {v:.3} m/s, acceleration {a:.3} m/s²{worst}.")

@@ -61,7 +61,7 @@ impl fmt::Display for Untried {
             Untried::Conflict(conflict) => conflict.fmt(f),
             Untried::Data(CaseError::Missing { what, .. }) => write!(f, "needs {what}"),
             Untried::Data(error) => error.fmt(f),
-            Untried::Once => f.write_str("acts at a time of one drive"),
+            Untried::Once => f.write_str("tied to a time of one drive"),
             Untried::NoStart { parameters } if parameters.is_empty() => f.write_str("has no parameter to fit"),
             Untried::NoStart { parameters } => {
                 write!(f, "the data give no start value for {}", parameters.join(", "))
