@@ -74,6 +74,20 @@ fn finished_tasks_are_taken_again_and_torn_lines_are_not() {
     assert!(OptimizerOutcome::journal(&path).expect("readable").get(&tasks[3]).is_some());
 }
 
+#[test]
+fn a_journal_in_use_and_a_file_of_another_kind_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal.jsonl");
+    let held = OptimizerOutcome::journal(&path).expect("new");
+    let refused = |path: &Path| OptimizerOutcome::journal(path).expect_err("refused").to_string();
+    assert!(refused(&path).ends_with("another run works on it; wait for it, or give another --journal"));
+    drop(held);
+    let notes = folder.path().join("notes.txt");
+    std::fs::write(&notes, "first line\nsecond line").expect("written");
+    assert!(refused(&notes).contains("expected a journal, a JSON object per line, found another file"));
+    assert_eq!(std::fs::read_to_string(&notes).expect("there"), "first line\nsecond line");
+}
+
 /// The fifth state of the search gives the same results as the sixth with the default optimiser on these surfaces.
 #[test]
 fn rows_of_another_state_of_the_search_are_not_taken() {
