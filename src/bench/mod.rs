@@ -87,7 +87,7 @@ pub enum BenchError {
 /// Receives the number of finished tasks and the present one, and can stop the run.
 pub type Progress<'a, T> = dyn FnMut(usize, &T) -> ControlFlow<()> + Send + 'a;
 
-/// Whether a task goes on.
+/// Asked by a task that is under way; breaks to stop it.
 type Asks<'a> = dyn FnMut() -> ControlFlow<()> + Send + 'a;
 
 /// Does the tasks that a journal lacks, one after the other, and adds each to it. `work` returns `None` if `progress` stops it: the task is then not
