@@ -119,6 +119,7 @@ pub use study::table::{Column, Table, Values};
 #[doc(hidden)]
 #[path = "."]
 pub mod internal {
+    pub mod batch;
     #[cfg(feature = "cli")]
     pub mod bench;
     pub mod fleet;
@@ -127,7 +128,6 @@ pub mod internal {
     pub mod study;
     #[cfg(feature = "report")]
     pub mod sumo;
-    pub mod workers;
 
     pub use leadlag_data::{statistics, text, trajectory, vehicle, whole};
     pub use leadlag_diagnosis::{describe, diagnose, drivers, judge, pooling, race, result};
@@ -141,13 +141,13 @@ pub mod internal {
 
 #[cfg(feature = "gpu")]
 use internal::gpu;
+use internal::{
+    batch, calibrate, catalog, convention, describe, diagnose, drivers, evaluator, extension, fleet, identify, lanes,
+    optimize, pooling, race, reference, rescore, result, score, select, simulate, statistics, study, symbols,
+    synthetic, text, trajectory, vehicle, wgsl, whole,
+};
 #[cfg(feature = "cli")]
 use internal::{bench, by_hand, evaluate};
-use internal::{
-    calibrate, catalog, convention, describe, diagnose, drivers, evaluator, extension, fleet, identify, lanes,
-    optimize, pooling, race, reference, rescore, result, score, select, simulate, statistics, study, symbols,
-    synthetic, text, trajectory, vehicle, wgsl, whole, workers,
-};
 #[cfg(feature = "report")]
 use internal::{report, sumo};
 

@@ -8,6 +8,8 @@ mod common;
 mod disk;
 #[path = "study/extend.rs"]
 mod extend;
+#[path = "study/front_end.rs"]
+mod front_end;
 #[path = "study/kill.rs"]
 mod kill;
 #[path = "study/parts.rs"]

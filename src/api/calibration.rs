@@ -19,7 +19,7 @@ use crate::identify::identify;
 use crate::lanes::LanesPrecision;
 use crate::optimize::GaSettings;
 use crate::reference::Reference;
-use crate::result::assemble::Calibrated;
+use crate::result::assemble::{Calibrated, scores_on};
 use crate::result::{ComparedEntry, ResultFile};
 use crate::score::GoodnessOfFit;
 use crate::select::{Selection, Work};
@@ -73,6 +73,16 @@ pub fn program() -> &'static str {
 pub(crate) struct Prepared {
     pub(crate) space: SearchSpace,
     pub(crate) reference: Reference,
+}
+
+/// A calibration that is done.
+pub(crate) struct Whole {
+    pub(crate) result: ResultFile,
+    /// Its cases.
+    #[cfg_attr(not(feature = "cli"), expect(dead_code, reason = "the command line draws them"))]
+    pub(crate) reference: Reference,
+    /// Why a part of the result is missing.
+    pub(crate) lost: Option<String>,
 }
 
 impl Calibration {
@@ -282,32 +292,57 @@ impl Calibration {
         drives: &[&Drive],
         progress: &mut (dyn FnMut(SearchProgress) -> ControlFlow<()> + Send),
     ) -> Result<Fit, Error> {
-        let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
-        once(loaded.iter().map(|one| &one.trajectory))?;
-        self.fold_of(&loaded)?;
-        self.own_drivers(&loaded)?;
-        let prepared = self.prepare(&loaded)?;
+        let whole = self.on(&self.loaded(drives)?, &[], |_| Ok(()), progress)?;
+        Ok(Fit::of(whole.result)?.with_warning(whole.lost))
+    }
+
+    /// The drives for the model.
+    pub(super) fn loaded(&self, drives: &[&Drive]) -> anyhow::Result<Vec<Loaded>> {
+        drives.iter().map(|drive| drive.for_model(&self.model)).collect()
+    }
+
+    /// A calibration with all that belongs to it, and the scores on held-back drives. `begin` is called after all checks, before the search, with the
+    /// warning that the drives hardly have one driver.
+    pub(crate) fn on(
+        &self,
+        loaded: &[Loaded],
+        held: &[Loaded],
+        begin: impl FnOnce(Option<&str>) -> anyhow::Result<()>,
+        progress: &mut (dyn FnMut(SearchProgress) -> ControlFlow<()> + Send),
+    ) -> anyhow::Result<Whole> {
+        once(loaded.iter().chain(held).map(|one| &one.trajectory))?;
+        self.fold_of(loaded)?;
+        self.own_drivers(loaded)?;
+        let prepared = self.prepare(loaded)?;
+        let held_cases = if held.is_empty() { None } else { Some(self.prepare(held)?.reference) };
         let mut evaluator = self.build(&prepared.reference)?;
         // Work beside the search stops with the search, and reports no progress.
         let mut last = SearchProgress { replicate: 0, evaluations: 0, best: None };
         let asked = Mutex::new(&mut *progress);
         let stop = || asked.lock().unwrap_or_else(PoisonError::into_inner)(last).is_break();
-        let apart = self.apart(&prepared, &loaded, &stop)?;
-        let mut result = self.search(evaluator.as_mut(), &prepared, &loaded, &mut |step| {
+        let drivers = self.apart(&prepared, loaded, &stop)?;
+        begin(drivers.as_deref())?;
+        let mut result = self.search(evaluator.as_mut(), &prepared, loaded, &mut |step| {
             last = step;
             progress(step)
         })?;
-        result.drivers = apart;
+        result.drivers = drivers;
+        if let Some(reference) = held_cases {
+            let trajectories: Vec<&Trajectory> = held.iter().map(|one| &one.trajectory).collect();
+            let parameters = result.calibrated_variant()?.parameters;
+            result.held_back = Some(scores_on(&reference, &parameters, &trajectories, &self.gof));
+        }
         // The calibration is done, and must not be lost.
-        let lost = match self.left_out(&loaded, progress) {
-            Ok(scores) => {
-                result.held_back = scores;
+        let lost = match self.left_out(loaded, progress) {
+            Ok(Some(scores)) => {
+                result.held_back = Some(scores);
                 None
             }
+            Ok(None) => None,
             Err(error) => Some(folds::lost(&error)),
         };
-        result.compared = self.compared(&loaded, &mut |_| progress(last));
-        Ok(Fit::of(result)?.with_warning(lost))
+        result.compared = self.compared(loaded, &mut |_| progress(last));
+        Ok(Whole { result, reference: prepared.reference, lost })
     }
 
     /// Warnings about this calibration on these drives, one line each.
@@ -315,7 +350,7 @@ impl Calibration {
     /// # Errors
     /// For an invalid bound, or a drive that lacks data of the model.
     pub fn warnings(&self, drives: &[&Drive]) -> Result<Vec<String>, Error> {
-        let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
+        let loaded = self.loaded(drives)?;
         let Some(first) = drives.first() else { return Ok(Vec::new()) };
         let trajectories: Vec<&Trajectory> = loaded.iter().map(|one| &one.trajectory).collect();
         Ok(super::warnings::of(

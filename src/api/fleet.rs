@@ -5,9 +5,10 @@ use super::drive::Drive;
 use super::error::{Error, Usage, refuse};
 use super::loading::{Input, cut_off};
 use super::reading::Reading;
+use crate::batch::Journal;
 use crate::calibrate::{BoundsError, SearchSpace};
 use crate::catalog::Variant;
-use crate::fleet::{self, Held, Journal, Model, Pair, Settings};
+use crate::fleet::{self, Held, Model, Pair, Settings};
 use crate::score::GoodnessOfFit;
 use crate::study::fingerprint;
 use crate::study::table::Table;
@@ -368,7 +369,7 @@ impl Fleet {
         self.run_on(pairs, &|| false, &|_, _| {})
     }
 
-    /// The same; once `stop` is true, the finished rows are the table. `tell` receives the numbers of finished rows and of all, from any thread.
+    /// The same; once `stop` is true, the finished rows are the table. `tell` receives the numbers of finished rows and of all, from time to time.
     ///
     /// # Errors
     /// As [`Fleet::run`].
@@ -380,9 +381,15 @@ impl Fleet {
     ) -> Result<Table, Error> {
         let settings = settings(&self.calibrations, vec![self.first().gof])?;
         let whole = settings.places(pairs.len()).count();
-        let rows =
-            fleet::run(&pairs.pairs, &settings, &Journal::none(), stop, &|done| tell(done, whole), self.first().warn)
-                .map_err(anyhow::Error::from)?;
+        let rows = fleet::run(
+            &pairs.pairs,
+            &settings,
+            Journal::none(),
+            stop,
+            &mut |done| tell(done, whole),
+            self.first().warn,
+        )
+        .map_err(anyhow::Error::from)?;
         let rows: Vec<fleet::Row> = rows.into_iter().flatten().collect();
         let comparison = fleet::compare(&pairs.pairs, &settings, &rows).map_err(anyhow::Error::from)?;
         Ok(fleet::table(&pairs.pairs, &settings, &rows, &comparison))

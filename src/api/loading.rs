@@ -93,7 +93,7 @@ pub(crate) fn start_assumed(trajectory: &Trajectory) -> Option<String> {
 
 impl Reading {
     /// Reads a recording without preparation.
-    pub(super) fn open(&self, input: Input<'_>) -> anyhow::Result<Recording> {
+    pub(crate) fn open(&self, input: Input<'_>) -> anyhow::Result<Recording> {
         let map = self.columns.as_deref().map(column_map).transpose()?;
         let map = map.map(|map| map.with_lead_length(self.lead_length_m));
         Ok(match (input, &map) {

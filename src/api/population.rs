@@ -39,8 +39,7 @@ impl Calibration {
     /// # Panics
     /// Without a drive.
     pub fn evaluate_on(&self, drives: &[&Drive]) -> Result<Evaluator, Error> {
-        let loaded = drives.iter().map(|drive| drive.for_model(&self.model)).collect::<anyhow::Result<Vec<_>>>()?;
-        let prepared = self.prepare(&loaded)?;
+        let prepared = self.prepare(&self.loaded(drives)?)?;
         let inner = self.build(&prepared.reference)?;
         let free = prepared.space.free();
         let population = Population::new(&prepared.space.symbols);

@@ -7,7 +7,7 @@ use crate::calibrate::Overrides;
 use crate::catalog::{Constraint, Controller, Dynamics, Variant};
 use crate::convention::Convention;
 use crate::evaluator::Case;
-use crate::simulate::{far_above, far_above_told};
+use crate::simulate::{far_above, far_above_in_words};
 use crate::symbols::Symbol;
 use crate::text::option::{BOUNDS, CONVENTION, FIX, GRADE, LEAD_LENGTH, LEAD_START, VEHICLE};
 use crate::text::shown::NAMED;
@@ -160,7 +160,7 @@ fn off_bounds(model: &Variant, convention: Convention, overrides: &Overrides, lo
     let far: Vec<&Trajectory> =
         loaded.iter().filter(|l| lower == upper && far_above(upper, highest(l))).copied().collect();
     if let Some(fastest) = far.iter().map(|l| highest(l)).reduce(f64::max) {
-        said.push(format!("{}: {}", paths(&far), far_above_told(upper, fastest)));
+        said.push(format!("{}: {}", paths(&far), far_above_in_words(upper, fastest)));
     }
     let slow: Vec<&Trajectory> =
         loaded.iter().filter(|l| lower < upper && highest(l) < FAR_BELOW * lower).copied().collect();

@@ -47,8 +47,7 @@ impl Drive {
     /// # Errors
     /// For an unknown follower.
     pub fn new(name: &str, recording: &Recording, follower: usize) -> Result<Drive, BenchError> {
-        let pieces = prepare(recording, follower, &Preparation::default())?;
-        let mut trajectory = pieces.into_iter().max_by_key(Trajectory::len).expect("prepare finds at least one piece");
+        let mut trajectory = Trajectory::longest(prepare(recording, follower, &Preparation::default())?);
         trajectory.grade = Some(trajectory.grade.as_ref().map_or_else(Grade::level, evenly));
         let vehicle = Vehicle {
             mfc: Some(Mfc {

@@ -11,7 +11,6 @@ mod diagnosis;
 mod export;
 mod generation;
 mod goals;
-mod journal;
 mod machine;
 mod measure;
 mod optimizers;
@@ -22,12 +21,11 @@ pub use contender::Contender;
 pub use data::{Drive, candidates};
 pub use diagnosis::{
     DiagnosisOutcome, DiagnosisReport, DiagnosisTask, Judgement, LARGEST_SEED, Planted, SIZES, diagnose_task,
-    diagnosis_tasks, infer_task, judge, planted, run_diagnoses,
+    diagnosis_tasks, infer_task, judge, planted,
 };
 pub use export::export;
 pub use generation::Generation;
 pub use goals::Goal;
-pub use journal::{Journal, Outcome};
 pub use machine::Machine;
 pub use measure::Row;
 pub use optimizers::{Finding, OptimizerOutcome, OptimizerReport, OptimizerTask};
@@ -35,6 +33,7 @@ pub use optimizers::{SEED_TARGETS, SEEDS, SeedTarget, optimizer_tasks, run_optim
 pub use plan::{Effort, Report, run};
 pub use text::table;
 
+use crate::batch::{Entry, Journal, JournalError};
 use crate::calibrate::{BoundsError, CalibrateError};
 use crate::catalog::UnknownVariant;
 use crate::convention::ConventionError;
@@ -43,6 +42,7 @@ use crate::synthetic::SyntheticError;
 use crate::text::spelling::UnknownWord;
 use crate::trajectory::{ImportError, PrepareError};
 use crate::vehicle::VehicleError;
+use std::ops::ControlFlow;
 
 /// A measurement that failed.
 #[derive(Debug, thiserror::Error)]
@@ -78,6 +78,38 @@ pub enum BenchError {
     Cases { most: usize, found: usize, sizes: usize },
     #[error("{program} calibrate: expected success, found: {said}")]
     Program { program: String, said: String },
+    #[error(transparent)]
+    Journal(#[from] JournalError),
     #[error("{path}: cannot write: {source}")]
     Write { path: String, source: std::io::Error },
+}
+
+/// Receives the number of finished tasks and the present one, and can stop the run.
+pub type Progress<'a, T> = dyn FnMut(usize, &T) -> ControlFlow<()> + Send + 'a;
+
+/// Asked by a task that is under way; breaks to stop it.
+type Asks<'a> = dyn FnMut() -> ControlFlow<()> + Send + 'a;
+
+/// Does the tasks that a journal lacks, one after the other, and adds each to it. `work` returns `None` if `progress` stops it: the task is then not
+/// kept.
+///
+/// # Errors
+/// The first error of `work`; [`BenchError::Journal`] when the journal cannot be written.
+pub fn do_remaining<E: Entry>(
+    tasks: &[E::Key],
+    journal: &mut Journal<E>,
+    progress: &mut Progress<'_, E::Key>,
+    mut work: impl FnMut(&E::Key, &mut Asks<'_>) -> Result<Option<E>, BenchError>,
+) -> Result<(), BenchError> {
+    for (done, task) in tasks.iter().enumerate() {
+        if journal.get(task).is_some() {
+            continue;
+        }
+        if progress(done, task).is_break() {
+            break;
+        }
+        let Some(outcome) = work(task, &mut || progress(done, task))? else { break };
+        journal.keep(outcome)?;
+    }
+    Ok(())
 }

@@ -2,7 +2,7 @@
 
 use super::change::Change;
 use super::fleet_row;
-use super::folder::{finish, part, result_file};
+use super::folder::{finish, part, result_file, suffix};
 use super::{Usage, output};
 use crate::api::error::refuse;
 use crate::api::fleet::are_implausible;
@@ -162,11 +162,6 @@ fn fleet(args: &SumoArgs, folder: &Path) -> anyhow::Result<()> {
     output::print(
         &(text + "  the difference from leadlag was not measured: export the result of one driver for that\n"),
     )
-}
-
-/// For one of several drives.
-fn suffix(number: usize, of: usize) -> String {
-    if of == 1 { String::new() } else { format!("_{}", number + 1) }
 }
 
 fn comparison(suffix: &str) -> String {

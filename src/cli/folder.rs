@@ -84,8 +84,13 @@ pub fn part(id: &str) -> String {
 /// The files of the calibration in a folder, by its trajectories; none without a result.
 pub fn of_calibration(folder: &Path) -> Vec<String> {
     let count = counted(&folder.join(RESULT), "data");
-    let suffixes = (1..=count).map(|i| if count == 1 { String::new() } else { format!("_{i}") });
+    let suffixes = (0..count).map(|i| suffix(i, count));
     suffixes.flat_map(|suffix| [format!("simulation{suffix}.csv"), format!("plot{suffix}.svg")]).collect()
+}
+
+/// The end of the names of the files of one drive, counted from 0, of several.
+pub fn suffix(number: usize, of: usize) -> String {
+    if of == 1 { String::new() } else { format!("_{}", number + 1) }
 }
 
 /// The picture of the models that were tried.

@@ -2,11 +2,10 @@
 
 use super::output;
 use crate::api::error::refuse;
-use crate::api::loading::column_map;
-use crate::api::reading::columns_help;
+use crate::api::loading::{Input, column_map};
+use crate::api::reading::{Reading, columns_help};
 use crate::api::values::real;
-use crate::trajectory::import::{ColumnMap, read_mapped};
-use crate::trajectory::{Inspection, Layout, Preparation, PrepareError, import, inspect};
+use crate::trajectory::{Inspection, Layout, Preparation, PrepareError, inspect};
 use std::path::{Path, PathBuf};
 
 #[derive(Debug, clap::Args)]
@@ -34,10 +33,18 @@ pub struct Args {
 }
 
 pub fn run(args: &Args) -> anyhow::Result<()> {
-    let map = args.columns.as_deref().map(column_map).transpose()?.map(|map| map.with_lead_length(args.lead_length));
+    // Once, and not for each file.
+    args.columns.as_deref().map(column_map).transpose()?;
+    let reading = Reading {
+        layout: args.layout,
+        columns: args.columns.clone(),
+        trajectory: args.trajectory.clone(),
+        lead_length_m: args.lead_length,
+        ..Reading::default()
+    };
     let (mut inspections, mut errors) = (Vec::new(), Vec::new());
     for file in &args.files {
-        match one(file, args, map.as_ref()) {
+        match one(file, args.follower.as_deref(), &reading) {
             Ok(inspection) => inspections.push(inspection),
             Err(error) => errors.push(error),
         }
@@ -60,22 +67,18 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
 }
 
-fn one(file: &Path, args: &Args, map: Option<&ColumnMap>) -> anyhow::Result<Inspection> {
-    let mut recording = match map {
-        Some(map) => read_mapped(file, map)?,
-        None => import::read(file, args.layout)?,
-    };
-    if let Some(given) = &args.trajectory {
-        let ids: Vec<&str> = given.split(',').map(str::trim).collect();
-        let asked = |id: &str| id == given || ids.contains(&id);
-        let known: Vec<String> = recording.platoons.iter().filter_map(|platoon| platoon.id.clone()).collect();
-        recording.platoons.retain(|platoon| platoon.id.as_deref().is_some_and(asked));
+fn one(file: &Path, follower: Option<&str>, reading: &Reading) -> anyhow::Result<Inspection> {
+    let mut recording = reading.open(Input::File(file))?;
+    if let Some(given) = &reading.trajectory {
+        let ids = reading.ids(&recording);
+        let available: Vec<String> = recording.platoons.iter().filter_map(|platoon| platoon.id.clone()).collect();
+        recording.platoons.retain(|platoon| platoon.id.as_ref().is_some_and(|id| ids.contains(id)));
         if recording.platoons.is_empty() {
             let (path, id) = (file.display().to_string(), given.clone());
-            return Err(PrepareError::NoTrajectory { path, id, available: known }.into());
+            return Err(PrepareError::NoTrajectory { path, id, available }.into());
         }
     }
-    if let Some(id) = &args.follower
+    if let Some(id) = follower
         && !recording.keep_follower(id)
     {
         refuse!("--follower {id}: it has no car ahead in {}", file.display());

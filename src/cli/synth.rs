@@ -205,8 +205,7 @@ fn recorded(file: &Path) -> anyhow::Result<Trajectory> {
         );
     }
     let recording = import::read(file, None).with_context(|| format!("--leader {given}: cannot be read"))?;
-    let pieces = prepare(&recording, 1, &Preparation::default())?;
-    Ok(pieces.into_iter().max_by_key(Trajectory::len).expect("prepare finds at least one piece"))
+    Ok(Trajectory::longest(prepare(&recording, 1, &Preparation::default())?))
 }
 
 /// A table of the effects.

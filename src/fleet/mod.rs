@@ -1,7 +1,7 @@
 //! Fleets: every pair of a data set, calibrated separately with one or several models.
 //!
 //! ```text
-//!  pairs --(some at a time)--> calibrate_each --> rows --> journal, as soon as they are finished
+//!  pairs --(some at a time)--> calibrate_each --> rows --> batch::Journal, as soon as they are finished
 //!                                                   '----> table, in the order of the pairs
 //! ```
 //!
@@ -10,17 +10,18 @@
 mod compare;
 mod fits;
 mod holdout;
-mod journal;
 mod table;
+#[cfg(test)]
+mod tests;
 mod work;
 
 pub use compare::{Comparison, HeldScore, ModelRank, Rule, compare};
 pub use fits::fits;
 pub use holdout::{Held, driver, kept_and_held};
-pub use journal::{Journal, JournalError};
 pub use table::{Overview, ParameterOverview, Spread, clash, overview, table};
 pub use work::{FleetError, run};
 
+use crate::batch::{Entry, Journal, JournalError};
 use crate::calibrate::{Calibration, Overrides, SearchSpace};
 use crate::catalog::Variant;
 use crate::convention::Convention;
@@ -31,6 +32,7 @@ use crate::study::fingerprint;
 use crate::trajectory::{Finding, Trajectory};
 use crate::vehicle::Vehicle;
 use sha2::{Digest, Sha256};
+use std::path::Path;
 
 /// Version of the files of a fleet.
 pub const SCHEMA_VERSION: u32 = 1;
@@ -133,6 +135,14 @@ pub struct Row {
     pub found: Result<Found, String>,
 }
 
+impl Entry for Row {
+    type Key = Place;
+
+    fn key(&self) -> &Place {
+        &self.place
+    }
+}
+
 /// Calibrated parameters of one pair.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Found {
@@ -172,9 +182,19 @@ impl Settings {
         self.max_evaluations.unwrap_or(EVALUATIONS_PER_PARAMETER * space.free().len().max(1) as u64)
     }
 
+    /// The journal of these calibrations.
+    ///
+    /// # Errors
+    /// As [`Journal::open`].
+    pub fn journal(&self, path: &Path, pairs: &[Pair]) -> Result<Journal<Row>, JournalError> {
+        Journal::open(path, Some(&self.key(pairs)), &|line| {
+            let row = serde_json::from_slice(line).map_err(|error| error.to_string())?;
+            self.misfit(&row, pairs.len()).map_or(Ok(Some(row)), Err)
+        })
+    }
+
     /// The reason why a row of a journal cannot be one of these calibrations, if there is one.
-    #[must_use]
-    pub fn misfit(&self, row: &Row, pairs: usize) -> Option<String> {
+    fn misfit(&self, row: &Row, pairs: usize) -> Option<String> {
         let Place { pair, model, measure } = row.place;
         let (models, measures) = (self.models.len(), self.measures.len());
         if pair >= pairs || model >= models || measure >= measures {
@@ -191,8 +211,7 @@ impl Settings {
     }
 
     /// Checksum of everything that rows depend on: two runs with the same one find the same rows.
-    #[must_use]
-    pub fn key(&self, pairs: &[Pair]) -> String {
+    fn key(&self, pairs: &[Pair]) -> String {
         let mut hash = Sha256::new();
         let program = &*crate::calibrate::PROGRAM;
         let Settings { measures, convention, calibration, max_evaluations, intervals, selection, .. } = self;

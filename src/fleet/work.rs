@@ -1,6 +1,7 @@
 //! Calibrates the pairs, some at a time on one evaluator; on a CPU several evaluators run in parallel.
 
-use super::{Drive, Found, Journal, JournalError, Pair, Place, Row, Settings};
+use super::{Drive, Found, Pair, Place, Row, Settings};
+use crate::batch::{Journal, JournalError, NoThread, in_batches};
 use crate::calibrate::{self, CalibrateError, Replicate, SearchSpace, bound_times, calibrate_each};
 use crate::catalog::Variant;
 use crate::convention::Convention;
@@ -10,11 +11,9 @@ use crate::lanes::{Lanes, LanesPrecision};
 use crate::reference::Trace;
 use crate::rescore;
 use crate::select::{Kind, Work};
-use crate::workers::{NoThread, side_by_side};
-use std::collections::BTreeMap;
+use crate::text::option::in_file;
 use std::ops::ControlFlow;
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicBool, AtomicUsize, Ordering};
+use std::sync::{Mutex, PoisonError};
 
 /// Pairs that share an evaluator on the CPU: making one takes as long as a hundredth of their searches. Pairs under way are lost with the
 /// process.
@@ -45,57 +44,41 @@ pub(super) struct Task {
 }
 
 /// Calibrates all pairs with all models and measures: the rows in order of [`Settings::places`], or `None` for those that `stop` has left
-/// out. Rows of the journal are reused, and others added. `tell` receives the number of finished rows, from any thread.
+/// out. Rows of the journal are reused, and others added. `tell` receives the number of finished rows from time to time.
 ///
 /// # Errors
 /// When the evaluator fails or the journal cannot be written; finished rows are in it.
 pub fn run(
     pairs: &[Pair],
     settings: &Settings,
-    journal: &Journal,
+    journal: Journal<Row>,
     stop: &(dyn Fn() -> bool + Sync),
-    tell: &(dyn Fn(usize) + Sync),
+    tell: &mut dyn FnMut(usize),
     warn: fn(&str),
 ) -> Result<Vec<Option<Row>>, FleetError> {
     let places: Vec<Place> = settings.places(pairs.len()).collect();
-    let open = |model, measure| {
-        let own = move |place: &&Place| place.model == model && place.measure == measure;
-        places.iter().filter(own).filter(|place| !journal.known().contains_key(place)).copied().collect::<Vec<_>>()
+    let (size, threads) = match settings.selection.kind {
+        Kind::Gpu => (ON_A_DEVICE, 1),
+        _ => (ON_THE_CPU, rayon::current_num_threads()),
     };
-    let rows = Mutex::new(journal.known().clone());
-    let add = |found: Vec<Row>| -> Result<(), JournalError> {
-        journal.add(&found)?;
-        let mut rows = rows.lock().unwrap_or_else(std::sync::PoisonError::into_inner);
-        rows.extend(found.into_iter().map(|row| (row.place, row)));
-        tell(rows.len());
-        Ok(())
-    };
-    tell(journal.known().len());
-    for model in 0..settings.models.len() {
-        for measure in 0..settings.measures.len() {
-            let open = open(model, measure);
-            if settings.selection.kind == Kind::Gpu {
-                for places in open.chunks(ON_A_DEVICE).take_while(|_| !stop()) {
-                    add(together(pairs, settings, places, stop, warn)?)?;
-                }
-            } else {
-                let parts: Vec<&[Place]> = open.chunks(ON_THE_CPU).collect();
-                let (next, failed) = (AtomicUsize::new(0), AtomicBool::new(false));
-                let work = |_: &dyn Fn()| -> Result<(), FleetError> {
-                    while !stop() && !failed.load(Ordering::Relaxed) {
-                        let Some(places) = parts.get(next.fetch_add(1, Ordering::Relaxed)) else { break };
-                        let found = together(pairs, settings, places, stop, warn).and_then(|found| Ok(add(found)?));
-                        found.inspect_err(|_| failed.store(true, Ordering::Relaxed))?;
-                    }
-                    Ok(())
-                };
-                side_by_side(rayon::current_num_threads().min(parts.len()), &work, &mut || {})?;
-            }
-        }
+    let is_open = |place: &&Place| journal.get(place).is_none();
+    let mut open: Vec<Place> = places.iter().filter(is_open).copied().collect();
+    open.sort_by_key(|place| (place.model, place.measure));
+    let journal = Mutex::new(journal);
+    for open in open.chunk_by(|one, other| (one.model, one.measure) == (other.model, other.measure)) {
+        let parts = open.chunks(size);
+        let (threads, parts) = (threads.min(parts.len()), Mutex::new(parts));
+        let next = || parts.lock().unwrap_or_else(PoisonError::into_inner).next();
+        let work = |places: &[Place], stop: &(dyn Fn() -> bool + Sync)| {
+            let found = together(pairs, settings, places, stop, warn)?;
+            let mut journal = journal.lock().unwrap_or_else(PoisonError::into_inner);
+            Ok::<(), FleetError>(found.into_iter().try_for_each(|row| journal.keep(row))?)
+        };
+        let mut idle = || tell(journal.lock().unwrap_or_else(PoisonError::into_inner).count());
+        in_batches(threads, stop, &next, &work, &mut idle)?;
     }
-    let rows = rows.into_inner().unwrap_or_else(std::sync::PoisonError::into_inner);
-    let mut rows: BTreeMap<Place, Row> = rows;
-    Ok(places.iter().map(|place| rows.remove(place)).collect())
+    let journal = journal.into_inner().unwrap_or_else(PoisonError::into_inner);
+    Ok(places.iter().map(|place| journal.get(place).cloned()).collect())
 }
 
 fn build(
@@ -117,11 +100,14 @@ pub(super) fn task(pairs: &[Pair], settings: &Settings, place: Place) -> Result<
     let mut overrides = model.overrides.clone();
     let ends = trajectory.t.first().zip(trajectory.t.last());
     bound_times(&model.variant, ends.map_or([0.0; 2], |(first, last)| [*first, *last]), &mut overrides);
-    let space =
-        SearchSpace::new(&model.variant, vehicle, settings.convention, &overrides).map_err(|e| e.to_string())?;
-    let case = case(drive, &space, &model.variant, settings.convention).map_err(|e| e.to_string())?;
-    case.check_clock().and_then(|()| Course::new(&case)).map_err(|e| e.to_string())?;
-    Ok(Task { place, case, space })
+    let made = SearchSpace::new(&model.variant, vehicle, settings.convention, &overrides).map_err(anyhow::Error::from);
+    let made = made.and_then(|space| {
+        let case = case(drive, &space, &model.variant, settings.convention)?;
+        case.check_clock().and_then(|()| Course::new(&case))?;
+        Ok(Task { place, case, space })
+    });
+    // The table must not depend on the front end.
+    made.map_err(|error| in_file(|| error.to_string()))
 }
 
 /// A drive for a model, with the delays that a space allows.
@@ -177,7 +163,7 @@ fn together(
             }
             Ok(_) => Err("no candidate that passes in f32 passes in f64: they lie on the edge of a crash".to_owned()),
             Err(CalibrateError::Evaluate(error)) => return Err(error.into()),
-            Err(error) => Err(error.to_string()),
+            Err(error) => Err(in_file(|| error.to_string())),
         };
         rows.push(Row { place: task.place, found });
     }

@@ -121,7 +121,7 @@ pub fn far_above(v_0: f64, fastest: f64) -> bool {
 
 /// The same in words.
 #[must_use]
-pub fn far_above_told(v_0: f64, fastest: f64) -> String {
+pub fn far_above_in_words(v_0: f64, fastest: f64) -> String {
     let unit = if v_0 > DESIRED { ": is it in km/h? m/s are expected" } else { ", so it changes little" };
     format!("v_0 = {v_0} m/s is far above the largest speed of the follower, {fastest:.1} m/s{unit}")
 }
@@ -131,5 +131,5 @@ pub fn far_above_told(v_0: f64, fastest: f64) -> String {
 pub fn far_above_in(case: &Case, parameters: &Parameters) -> Option<String> {
     let (v_0, fastest) = (parameters.get(Symbol::v_0), case.v_f.iter().copied().fold(0.0, f64::max));
     let is_far = case.variant.parameters().contains(&Symbol::v_0) && far_above(v_0, fastest);
-    is_far.then(|| format!("{}: {}", case.label, far_above_told(v_0, fastest)))
+    is_far.then(|| format!("{}: {}", case.label, far_above_in_words(v_0, fastest)))
 }

@@ -1,13 +1,13 @@
 //! Studies that cannot be carried out.
 
 use super::PlanError;
+use crate::batch::NoThread;
 use crate::calibrate::{BoundsError, CalibrateError};
 use crate::evaluator::{CaseError, EvaluateError};
 use crate::text::option::OUT;
 use crate::trajectory::import::MapError;
 use crate::trajectory::{ImportError, PrepareError};
 use crate::vehicle::VehicleError;
-use crate::workers::NoThread;
 use std::path::Path;
 
 /// A study that cannot be planned, run or merged.

@@ -1,7 +1,7 @@
 //! State of a study: complete, missing, duplicate, damaged and foreign parts.
 
 use super::folder::Folder;
-use super::part::Part;
+use super::part::{CalibrationRow, Part};
 use super::{StudyError, Task};
 use crate::text::bounded::{self, RESULT_MAX};
 use crate::whole::TEMPORARY;
@@ -33,6 +33,25 @@ impl Inventory {
     #[must_use]
     pub fn done(&self) -> usize {
         self.parts.len() - self.missing.len()
+    }
+
+    /// The best replicate of each goodness of fit, variant and trajectory, in the order of the tasks; of equal ones the first.
+    #[must_use]
+    pub fn winners(&self) -> Vec<&Part> {
+        let key = |part: &Part| {
+            let CalibrationRow { gof, variant, platoon, follower, .. } = &part.calibration;
+            (gof.clone(), variant.clone(), platoon.clone(), *follower)
+        };
+        let mut best: HashMap<_, (f64, &str)> = HashMap::new();
+        for part in self.parts.iter().flatten() {
+            let Some(score) = part.calibration.score else { continue };
+            let place = best.entry(key(part)).or_insert((score, &part.id));
+            if score < place.0 {
+                *place = (score, &part.id);
+            }
+        }
+        let has_won = |part: &&Part| best.get(&key(part)).is_some_and(|(_, id)| part.id == *id);
+        self.parts.iter().flatten().filter(has_won).collect()
     }
 
     /// Number of calibrations without a result.

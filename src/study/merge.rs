@@ -10,7 +10,7 @@ use crate::catalog::Variant;
 use crate::extension::Extension;
 use crate::score::Measures;
 use crate::symbols::Symbol;
-use std::collections::HashMap;
+use std::collections::HashSet;
 
 /// The tables of a study.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,7 +60,7 @@ pub(crate) fn column_clash(taken: &[String], columns: &[(Symbol, String)]) -> Op
 #[must_use]
 pub fn merge(study: &StudyFile, tasks: &[Task], inventory: &Inventory) -> Merged {
     let parts: Vec<&Part> = inventory.parts.iter().flatten().collect();
-    let winners = winners(tasks, inventory);
+    let winners: HashSet<&str> = inventory.winners().iter().map(|part| part.id.as_str()).collect();
     let laws = study.read_laws();
     let calibrations = calibrations(&parts, &winners, &study.own_parameters(), &laws);
     let won = parts.iter().filter(|part| winners.contains(&part.id.as_str()));
@@ -83,33 +83,12 @@ fn task_list(tasks: &[&Task]) -> Table {
     table
 }
 
-/// Ids of the best replicate of each goodness of fit, variant and trajectory; of equal ones the first.
-fn winners<'a>(tasks: &[Task], inventory: &'a Inventory) -> std::collections::HashSet<&'a str> {
-    let mut best: HashMap<(&str, &str, &str, usize), (f64, &str)> = HashMap::new();
-    for (task, part) in tasks.iter().zip(&inventory.parts) {
-        let Some((part, score)) = part.as_ref().and_then(|part| Some((part, part.calibration.score?))) else {
-            continue;
-        };
-        let key = (task.gof.as_str(), task.variant.as_str(), task.platoon.as_str(), task.follower);
-        let place = best.entry(key).or_insert((score, &part.id));
-        if score < place.0 {
-            *place = (score, &part.id);
-        }
-    }
-    best.into_values().map(|(_, id)| id).collect()
-}
-
 /// Names of the columns that a table of calibrations has with any extension.
 pub(super) fn calibration_columns() -> impl Iterator<Item = String> {
-    calibrations(&[], &std::collections::HashSet::new(), &[], &[]).columns.into_iter().map(|column| column.name)
+    calibrations(&[], &HashSet::new(), &[], &[]).columns.into_iter().map(|column| column.name)
 }
 
-fn calibrations(
-    parts: &[&Part],
-    winners: &std::collections::HashSet<&str>,
-    further: &[Symbol],
-    laws: &[&'static Extension],
-) -> Table {
+fn calibrations(parts: &[&Part], winners: &HashSet<&str>, further: &[Symbol], laws: &[&'static Extension]) -> Table {
     let rows: Vec<&CalibrationRow> = parts.iter().map(|part| &part.calibration).collect();
     let mut table = Table::default();
     table.integer("schema_version", rows.iter().map(|_| Some(i64::from(SCHEMA_VERSION))));

@@ -7,6 +7,7 @@ use super::folder::{Folder, write_whole};
 use super::log::{Log, Progress};
 use super::part::Part;
 use super::task::{Study, Task};
+use crate::batch::in_batches;
 use crate::catalog::Variant;
 use crate::evaluator::{AdapterChoice, Case, EvaluateError, Evaluator};
 use crate::lanes::LanesPrecision;
@@ -15,10 +16,9 @@ use crate::score::GoodnessOfFit;
 use crate::select::{Kind, Selection, Work};
 use crate::text::bounded::{self, RESULT_MAX};
 use crate::whole::TEMPORARY;
-use crate::workers::side_by_side;
 use std::collections::VecDeque;
 use std::ops::ControlFlow;
-use std::sync::atomic::{AtomicBool, AtomicU64, Ordering};
+use std::sync::atomic::{AtomicU64, Ordering};
 use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
@@ -94,15 +94,7 @@ struct Shared<'a> {
     tasks: &'a [Task],
     progress: &'a Progress,
     interrupted: &'a (dyn Fn() -> bool + Sync),
-    /// Ends the run after an error.
-    stop: AtomicBool,
     by_others: AtomicU64,
-}
-
-impl Shared<'_> {
-    fn stopped(&self) -> bool {
-        self.stop.load(Ordering::SeqCst) || (self.interrupted)()
-    }
 }
 
 /// Runs the chosen tasks, except those with complete parts. Tasks that another run works on are left to it, and awaited, unless the
@@ -129,23 +121,22 @@ pub fn run(
         ));
     }
     let mut log = Log::new(folder, progress);
-    let (stop, by_others) = (AtomicBool::new(false), AtomicU64::new(0));
-    let shared = Shared { folder, tasks, progress, interrupted, stop, by_others };
+    let shared = Shared { folder, tasks, progress, interrupted, by_others: AtomicU64::new(0) };
     // Reports progress: thousands of parts take a while. An early stop returns the inventory so far, read or not.
     let is_left = |&i: &usize| {
         let id = &tasks[i].id;
-        let done = if shared.stopped() { folder.part(id).is_file() } else { is_done(folder, id) };
+        let done = if interrupted() { folder.part(id).is_file() } else { is_done(folder, id) };
         progress.done.fetch_add(u64::from(done), Ordering::SeqCst);
         !done
     };
     let mut left: Vec<usize> = chosen.iter().copied().filter(is_left).collect();
     let before = chosen.len() - left.len();
     let mut patience = LOOK_AGAIN;
-    while !left.is_empty() && !shared.stopped() {
+    while !left.is_empty() && !interrupted() {
         let waiting = left.len();
         let mut deferred = Vec::new();
         for group in left.chunk_by(|&a, &b| (&tasks[a].variant, &tasks[a].gof) == (&tasks[b].variant, &tasks[b].gof)) {
-            if shared.stopped() {
+            if interrupted() {
                 deferred.extend(group);
                 continue;
             }
@@ -176,7 +167,7 @@ pub fn run(
 /// Waits this long, or until the run must stop.
 fn wait(time: Duration, shared: &Shared, tell: &mut dyn FnMut()) {
     let began = Instant::now();
-    while began.elapsed() < time && !shared.stopped() {
+    while began.elapsed() < time && !(shared.interrupted)() {
         tell();
         std::thread::sleep(NAP);
     }
@@ -214,7 +205,7 @@ impl Queue<'_> {
     fn take(&self, mut claimed: Vec<(usize, Claim)>, count: usize) -> Vec<(usize, Claim)> {
         let Shared { folder, tasks, progress, by_others, .. } = self.shared;
         let next = || self.open.lock().unwrap_or_else(PoisonError::into_inner).pop_front();
-        while claimed.len() < count && !self.shared.stopped() {
+        while claimed.len() < count && !(self.shared.interrupted)() {
             let Some(i) = next() else { break };
             match Claim::take(folder, &tasks[i].id) {
                 None => self.leave(i),
@@ -295,26 +286,30 @@ fn compute(
     let workers = if is_device { 1 } else { threads.min(under_way) };
     let (first, round) = (Mutex::new(first), Round { study, variant, gof, cases });
     let build = |cases| selection.build(cases, gof, work, settings.warn);
-    let work = |tell: &dyn Fn()| loop {
+    let next = || {
         let first = std::mem::take(&mut *first.lock().unwrap_or_else(PoisonError::into_inner));
-        let claimed = queue.take(first, under_way / workers);
-        if claimed.is_empty() {
-            return Ok(());
-        }
-        together(&round, &claimed, queue, &build).inspect_err(|_| queue.shared.stop.store(true, Ordering::SeqCst))?;
-        tell();
+        Some(queue.take(first, under_way / workers)).filter(|claimed| !claimed.is_empty())
     };
-    side_by_side(workers, &work, &mut || {
+    let work = |claimed: Vec<_>, stop: &Stop| together(&round, &claimed, queue, &build, stop);
+    in_batches(workers, queue.shared.interrupted, &next, &work, &mut || {
         log.renew();
         tell(Event::Tick);
     })
 }
 
+/// Whether to stop.
+type Stop<'a> = dyn Fn() -> bool + Sync + 'a;
 /// Makes the evaluator of some cases.
 type Build<'a> = dyn Fn(Vec<Case>) -> Result<Box<dyn Evaluator>, EvaluateError> + Sync + 'a;
 
 /// Computes and writes claimed tasks.
-fn together(round: &Round, claimed: &[(usize, Claim)], queue: &Queue, build: &Build) -> Result<(), StudyError> {
+fn together(
+    round: &Round,
+    claimed: &[(usize, Claim)],
+    queue: &Queue,
+    build: &Build,
+    stop: &Stop,
+) -> Result<(), StudyError> {
     let Shared { folder, tasks, progress, .. } = queue.shared;
     let own: Vec<&Task> = claimed.iter().map(|(i, _)| &tasks[*i]).collect();
     let mut drives: Vec<usize> = own.iter().map(|task| round.study.drive_of(task)).collect();
@@ -324,7 +319,7 @@ fn together(round: &Round, claimed: &[(usize, Claim)], queue: &Queue, build: &Bu
         progress.evaluations.fetch_add(evaluations, Ordering::SeqCst);
         let samples = round.study.drives[drive].entry.samples as u64;
         progress.steps.fetch_add(evaluations * samples, Ordering::SeqCst);
-        if queue.shared.stopped() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
+        if stop() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     round.compute(&own, evaluator.as_mut(), &drives, &count, &|k, part| {
         let (i, claim) = &claimed[k];

@@ -3,9 +3,9 @@
 use super::drive::{self, Drive, DriveEntry, LeftOut};
 use super::plan::{Plan, Validation, overrides_for};
 use super::{PROGRAM, SCHEMA_VERSION, StudyError, sha256};
-use crate::calibrate::{Overrides, SearchSpace, bound_times};
-use crate::catalog::{Constraint, Variant};
-use crate::evaluator::Case;
+use crate::calibrate::{BoundsError, Overrides, SearchSpace, bound_times};
+use crate::catalog::Variant;
+use crate::evaluator::{Case, CaseError, Supply};
 use crate::extension::Extension;
 use crate::lanes::LanesPrecision;
 use crate::score::GoodnessOfFit;
@@ -105,41 +105,25 @@ impl Study {
         }
         for variant in &study.plan.calibration.variants {
             for drive in 0..study.drives.len() {
-                study.check(drive, variant)?;
                 study.case(drive, variant)?;
             }
         }
         Ok(study)
     }
 
-    /// Checks that drive `index` has all data that a variant needs.
-    fn check(&self, index: usize, variant: &Variant) -> Result<(), StudyError> {
-        let drive = &self.drives[index];
-        let mfc = drive.vehicle.as_ref().is_some_and(|vehicle| vehicle.mfc.is_some());
-        let lacks = [
-            (
-                variant.needs_vehicle() && drive.vehicle.is_none(),
-                "the follower's vehicle",
-                "name it in the plan: `vehicle` of the platoon, or `data.vehicles`, a table in which the names of the file occur",
-            ),
-            (
-                variant.constraint == Constraint::Mfc && !mfc,
-                "the vehicle's MFC curve",
-                "`data.vehicles` must be a table with an `mfc` file, or mfc_SLUG.csv beside it",
-            ),
-            (
-                variant.needs_grade() && drive.trajectory.grade.is_none(),
-                "the road grade",
-                "give the platoon a `grade` in the plan: a table, or \"level\"",
-            ),
-        ];
-        match lacks.into_iter().find(|(lacks, ..)| *lacks) {
-            Some((_, what, remedy)) => {
-                let (drive, variant) = (drive.entry.label(), variant.name());
-                Err(StudyError::Missing { drive, variant, what, remedy })
+    /// A drive that lacks what a variant needs, with the remedy in a plan.
+    fn missing(&self, index: usize, variant: &Variant, what: &'static str, supply: Supply) -> StudyError {
+        let remedy = match supply {
+            Supply::Vehicle => {
+                "name it in the plan: `vehicle` of the platoon, or `data.vehicles`, a table in which the names of the file occur"
             }
-            None => Ok(()),
-        }
+            Supply::Curve => "`data.vehicles` must be a table with an `mfc` file, or mfc_SLUG.csv beside it",
+            Supply::Grade => "give the platoon a `grade` in the plan: a table, or \"level\"",
+            Supply::Platoon => {
+                "use a follower further back in the platoon, or give the column lead2_... of a pair file"
+            }
+        };
+        StudyError::Missing { drive: self.drives[index].entry.label(), variant: variant.name(), what, remedy }
     }
 
     /// Search ranges of a variant on drive `index`.
@@ -147,15 +131,21 @@ impl Study {
         let (settings, drive) = (&self.plan.calibration, &self.drives[index]);
         let mut bounds = overrides_for(variant, &settings.bounds);
         bound_times(variant, drive.entry.window_s, &mut bounds);
-        SearchSpace::new(variant, drive.vehicle.as_ref(), settings.convention, &bounds)
-            .map_err(|source| StudyError::Bounds { variant: variant.name(), source })
+        SearchSpace::new(variant, drive.vehicle.as_ref(), settings.convention, &bounds).map_err(|source| match source {
+            BoundsError::Vehicle(_) => self.missing(index, variant, "the follower's vehicle", Supply::Vehicle),
+            source => StudyError::Bounds { variant: variant.name(), source },
+        })
     }
 
     /// Drive `index` for the runs of a variant.
     pub(super) fn case(&self, index: usize, variant: &Variant) -> Result<Case, StudyError> {
         let space = self.space(index, variant)?;
         let (tau_p_upper, extension_delay_upper) = (space.tau_p_upper(), space.extension_delay_upper());
-        Ok(Case { tau_p_upper, extension_delay_upper, ..self.bases[index].clone() }.for_variant(*variant)?)
+        let case = Case { tau_p_upper, extension_delay_upper, ..self.bases[index].clone() };
+        case.for_variant(*variant).map_err(|error| match error {
+            CaseError::Missing { what, remedy, .. } => self.missing(index, variant, what, remedy),
+            error => error.into(),
+        })
     }
 
     /// Index of the drive that a task calibrates on.

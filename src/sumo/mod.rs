@@ -14,7 +14,7 @@ pub use file::{Export, ExportedDrive};
 pub use run::{Sumo, files, find};
 pub use vtype::{Distribution, Model, VehicleType, export};
 
-use crate::text::option::{SUMO, TO};
+use crate::text::option::{SUMO, TO_MODEL};
 use std::io;
 use std::path::PathBuf;
 
@@ -28,7 +28,7 @@ pub enum SumoError {
          and export that"
     )]
     NoCounterpart { base: &'static str, why: &'static str },
-    #[error("{TO} {asked}: {base} can be exported as {possible}")]
+    #[error("{TO_MODEL} {asked}: {base} can be exported as {possible}")]
     WrongModel { asked: &'static str, base: &'static str, possible: &'static str },
     #[error("{path}: cannot read the simulated drive")]
     Read { path: PathBuf, source: csv::Error },

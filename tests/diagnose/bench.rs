@@ -1,7 +1,8 @@
 //! `leadlag bench diagnosis`: its journal, and the page that `scripts/naming.py` makes of its JSON.
 
 use crate::common::made_up;
-use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, Journal, SIZES, diagnosis_tasks};
+use leadlag::internal::batch::Journal;
+use leadlag::internal::bench::{DiagnosisOutcome, DiagnosisTask, SIZES, diagnosis_tasks};
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::PROGRAM;
 use leadlag::internal::diagnose::judge::oracle::known;
@@ -132,7 +133,7 @@ fn lines_of_another_state_of_the_diagnosis_are_passed_over() {
     let count = journal(folder.path());
     let path = folder.path().join("diagnosis.jsonl");
     let text = std::fs::read_to_string(&path).expect("a journal");
-    let lines = || Journal::<DiagnosisOutcome>::open(&path).expect("a journal");
+    let lines = || DiagnosisOutcome::journal(&path).expect("a journal");
     let tasks = diagnosis_tasks(1, 900.0, "normal", &SIZES).expect("few cases");
     let kept = |journal: &Journal<DiagnosisOutcome>| tasks.iter().filter(|task| journal.get(task).is_some()).count();
     assert_eq!(kept(&lines()), count);

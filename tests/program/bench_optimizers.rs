@@ -1,9 +1,7 @@
 //! `leadlag bench optimizers`: its plan, its restart after a stop, and its report.
 
 use crate::common;
-use leadlag::internal::bench::{
-    Journal, OptimizerOutcome, OptimizerReport, OptimizerTask, optimizer_tasks, run_optimizers,
-};
+use leadlag::internal::bench::{OptimizerOutcome, OptimizerReport, OptimizerTask, optimizer_tasks, run_optimizers};
 use leadlag::internal::calibrate::PROGRAM;
 use std::io::Write;
 use std::ops::ControlFlow;
@@ -65,7 +63,7 @@ fn finished_tasks_are_taken_again_and_torn_lines_are_not() {
     // In the form of journals older than the number of the search.
     let before = line(4).replace(PROGRAM.as_str(), concat!("leadlag ", env!("CARGO_PKG_VERSION")));
     std::fs::write(&path, format!("{}\n{other}\n{before}\n{}", line(0), &line(1)[..40])).expect("written");
-    let journal = Journal::<OptimizerOutcome>::open(&path).expect("readable");
+    let journal = OptimizerOutcome::journal(&path).expect("readable");
     assert!(journal.get(&tasks[0]).is_some() && journal.get(&tasks[1]).is_none(), "the torn line is not a result");
     assert!(journal.get(&tasks[2]).is_none(), "another version's result is not taken");
     assert!(journal.get(&tasks[4]).is_none(), "nor that of another state of the search");
@@ -73,7 +71,21 @@ fn finished_tasks_are_taken_again_and_torn_lines_are_not() {
     // The rows after the torn line are read.
     let mut file = std::fs::OpenOptions::new().append(true).open(&path).expect("opened");
     writeln!(file, "{}", line(3)).expect("written");
-    assert!(Journal::<OptimizerOutcome>::open(&path).expect("readable").get(&tasks[3]).is_some());
+    assert!(OptimizerOutcome::journal(&path).expect("readable").get(&tasks[3]).is_some());
+}
+
+#[test]
+fn a_journal_in_use_and_a_file_of_another_kind_are_refused() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let path = folder.path().join("journal.jsonl");
+    let held = OptimizerOutcome::journal(&path).expect("new");
+    let refused = |path: &Path| OptimizerOutcome::journal(path).expect_err("refused").to_string();
+    assert!(refused(&path).ends_with("another run works on it; wait for it, or give another --journal"));
+    drop(held);
+    let notes = folder.path().join("notes.txt");
+    std::fs::write(&notes, "first line\nsecond line").expect("written");
+    assert!(refused(&notes).contains("expected a journal, a JSON object per line, found another file"));
+    assert_eq!(std::fs::read_to_string(&notes).expect("there"), "first line\nsecond line");
 }
 
 /// The fifth state of the search gives the same results as the sixth with the default optimiser on these surfaces.
@@ -85,7 +97,7 @@ fn rows_of_another_state_of_the_search_are_not_taken() {
         let path = folder.path().join("journal.jsonl");
         let row = OptimizerOutcome { program: program.to_owned(), ..outcome(&task, 0.3) };
         std::fs::write(&path, serde_json::to_string(&row).expect("JSON") + "\n").expect("written");
-        Journal::<OptimizerOutcome>::open(&path).expect("readable").get(&task).is_some()
+        OptimizerOutcome::journal(&path).expect("readable").get(&task).is_some()
     };
     assert!(taken(&PROGRAM));
     for program in [format!("leadlag {}+search6", env!("CARGO_PKG_VERSION")), "leadlag 0.0.1+search8".into()] {
@@ -99,7 +111,7 @@ fn a_task_that_is_stopped_is_not_kept() {
     let Some(shared) = common::shared("a_task_that_is_stopped_is_not_kept") else { return };
     let folder = tempfile::tempdir().expect("a folder");
     let path = folder.path().join("journal.jsonl");
-    let mut journal = Journal::<OptimizerOutcome>::open(&path).expect("readable");
+    let mut journal = OptimizerOutcome::journal(&path).expect("readable");
     let tasks = optimizer_tasks("auto", true);
     let mut told = 0;
     let progress = &mut |done: usize, task: &OptimizerTask| {
@@ -119,7 +131,7 @@ fn report_of(tasks: &[OptimizerTask], row: &dyn Fn(&OptimizerTask) -> Option<Opt
     let path = folder.path().join("journal.jsonl");
     let lines = tasks.iter().filter_map(|t| Some(serde_json::to_string(&row(t)?).expect("JSON") + "\n"));
     std::fs::write(&path, lines.collect::<String>()).expect("written");
-    OptimizerReport::new("auto", tasks, &Journal::<OptimizerOutcome>::open(&path).expect("readable"))
+    OptimizerReport::new("auto", tasks, &OptimizerOutcome::journal(&path).expect("readable"))
 }
 
 /// The same with one score each.

@@ -193,7 +193,7 @@ fn empty_tables_do_not_replace_those_of_the_plan_before() {
     let (code, said) = fails(&["study", "merge", text(&study), "--partial"]);
     assert_eq!(code, 1);
     assert!(
-        said.contains("no task of this plan is done, and ") && said.contains("--out DIR writes elsewhere"),
+        said.contains("no task of this plan is done, and ") && said.contains("--out DIR` writes elsewhere"),
         "{said}"
     );
     same(&files(&study.join("merged")), &tables, "after the refusal");

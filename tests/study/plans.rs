@@ -4,6 +4,7 @@ use super::common::{data, fails, json_of, leadlag, ok, plan_text, scratch, stder
 use leadlag::internal::study::{Plan, Study};
 use std::collections::BTreeSet;
 use std::fs;
+use std::path::Path;
 
 /// Ids of the tasks of a plan, as printed.
 fn ids(name: &str, plan: &str) -> Vec<String> {
@@ -200,7 +201,7 @@ fn bounds_are_a_set_or_single_ones() {
         let plan = plan_text(1, 300)
             .replace("\"l-cth+linear\"", "\"idm+delay\"")
             .replace("max_evaluations = 300", &format!("max_evaluations = 300\nbounds = {given}"));
-        Plan::parse(&plan, "plan.toml", std::path::Path::new(""), "plan").expect("a plan").calibration.bounds
+        Plan::parse(&plan, "plan.toml", Path::new(""), "plan").expect("a plan").calibration.bounds
     };
     let human = bounds("\"human\"");
     assert!(human["t_h"][1] > 2.5 && human.contains_key("tau_p"), "{human:?}");
@@ -250,16 +251,14 @@ fn a_driver_is_known_by_the_id_in_training_and_test() {
     assert!(other.contains("0 validation runs") && other.contains("the followers are D01, D02, D03, D04"), "{other}");
 }
 
-/// Three cars in a row, distinguished by ids, in a table that only a column map can read.
-#[test]
-fn a_table_with_a_column_map_gives_the_pair_that_the_plan_names() {
-    let folder = scratch("columns");
+/// Three cars in a row, distinguished by ids, with their lengths \[m\], in a table that only a column map can read: cars.csv, own.toml.
+fn three_cars(folder: &Path, frames: u32, lengths: [f64; 3]) {
     let mut table = "t,car,front,x,v,l\n".to_owned();
-    for (car, front) in [(1, 0), (2, 1), (3, 2)] {
-        for frame in 0..600 {
+    for (car, length) in (1..).zip(lengths) {
+        for frame in 0..frames {
             let t = f64::from(frame) / 10.0;
             let x = 500.0 - 30.0 * f64::from(car) + 15.0 * t;
-            table += &format!("{t:.1},{car},{front},{x:.3},15,4.5\n");
+            table += &format!("{t:.1},{car},{},{x:.3},15,{length}\n", car - 1);
         }
     }
     fs::write(folder.join("cars.csv"), table).unwrap();
@@ -267,6 +266,12 @@ fn a_table_with_a_column_map_gives_the_pair_that_the_plan_names() {
                ahead = { name = \"front\" }\nposition = { name = \"x\", unit = \"m\" }\nspeed = { name = \"v\", unit = \"m/s\" }\n\
                length = { name = \"l\", unit = \"m\" }\n";
     fs::write(folder.join("own.toml"), map).unwrap();
+}
+
+#[test]
+fn a_table_with_a_column_map_gives_the_pair_that_the_plan_names() {
+    let folder = scratch("columns");
+    three_cars(&folder, 600, [4.5; 3]);
     let (file, out) = (folder.join("plan.toml"), folder.join("study"));
     let plan = |more: &str| {
         let content = format!(
@@ -348,12 +353,14 @@ fn a_plan_or_nothing_instead_of_a_folder_says_what_to_do() {
 
 #[test]
 fn the_plans_that_come_with_the_program_can_be_read() {
-    let folder = std::path::Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/plans");
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("examples/plans");
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).expect("examples/plans is there") {
         let path = entry.unwrap().path();
         let plan = leadlag::internal::study::Plan::read(&path).unwrap_or_else(|e| panic!("{e}"));
-        found.push((plan.name.clone(), plan.per_trajectory(), plan.data.platoons.len()));
+        let of = &plan.calibration;
+        let per_trajectory = (of.variants.len() * of.gofs.len()) as u64 * of.replicates;
+        found.push((plan.name, per_trajectory, plan.data.platoons.len()));
     }
     found.sort();
     assert_eq!(
@@ -370,19 +377,7 @@ fn the_plans_that_come_with_the_program_can_be_read() {
 #[test]
 fn the_length_of_the_car_ahead_is_that_of_the_pair_that_the_plan_names() {
     let folder = scratch("lengths");
-    let mut table = "t,car,front,x,v,l\n".to_owned();
-    for (car, length) in [(1, 4), (2, 12), (3, 5)] {
-        for frame in 0..100 {
-            let t = f64::from(frame) / 10.0;
-            let x = 500.0 - 30.0 * f64::from(car) + 15.0 * t;
-            table += &format!("{t:.1},{car},{},{x:.3},15,{length}\n", car - 1);
-        }
-    }
-    fs::write(folder.join("cars.csv"), table).unwrap();
-    let map = "rows = \"vehicles\"\nnobody = [\"0\"]\n[columns]\ntime = { name = \"t\", unit = \"s\" }\nid = { name = \"car\" }\n\
-               ahead = { name = \"front\" }\nposition = { name = \"x\", unit = \"m\" }\nspeed = { name = \"v\", unit = \"m/s\" }\n\
-               length = { name = \"l\", unit = \"m\" }\n";
-    fs::write(folder.join("own.toml"), map).unwrap();
+    three_cars(&folder, 100, [4.0, 12.0, 5.0]);
     for (trajectory, expected) in [("2-1", 4.0), ("3-2", 12.0)] {
         let content = format!(
             "schema_version = 1\n[data]\n[[platoon]]\nname = \"T\"\nfile = \"cars.csv\"\ncolumns = \"own.toml\"\n\

@@ -1,8 +1,8 @@
 //! Diagnoses one case and judges it by its truth.
 
-use super::super::journal::Outcome;
 use super::plan::DiagnosisTask;
 use super::synthetic::planted;
+use crate::batch::{Entry, Journal, JournalError};
 use crate::catalog::Variant;
 use crate::diagnose::describe::free::{free, nrmse_of};
 use crate::diagnose::judge::oracle::{Known, known};
@@ -15,6 +15,7 @@ use crate::wgsl::{extension_named, library};
 use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::ops::ControlFlow;
+use std::path::Path;
 
 /// The verdict on a case whose drives could not be made.
 const FAILED: &str = "failed";
@@ -69,23 +70,24 @@ pub struct DiagnosisOutcome {
     pub passing: Vec<(Vec<String>, f64)>,
 }
 
-impl Outcome for DiagnosisOutcome {
-    type Task = DiagnosisTask;
+impl Entry for DiagnosisOutcome {
+    type Key = DiagnosisTask;
 
-    fn task(&self) -> &DiagnosisTask {
+    fn key(&self) -> &DiagnosisTask {
         &self.task
-    }
-
-    fn program(&self) -> &str {
-        &self.program
-    }
-
-    fn this_program() -> &'static str {
-        &PROGRAM
     }
 }
 
 impl DiagnosisOutcome {
+    /// The journal of finished cases in a file, without those of another program or state of the diagnosis.
+    ///
+    /// # Errors
+    /// As [`Journal::open`].
+    pub fn journal(path: &Path) -> Result<Journal<Self>, JournalError> {
+        let is_own = |outcome: &Self| outcome.program == *PROGRAM;
+        Journal::open(path, None, &|line| Ok(serde_json::from_slice(line).ok().filter(is_own)))
+    }
+
     /// Evidence of the likeliest cause in the first round, as a share of its threshold; 0 if no cause gained enough to be judged. A cause
     /// above the threshold that failed another check does not count, because no threshold would have rejected it.
     #[must_use]

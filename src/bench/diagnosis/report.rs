@@ -1,9 +1,9 @@
 //! Summary of the finished cases.
 
 use super::super::Machine;
-use super::super::journal::Journal;
 use super::judge::{DiagnosisOutcome, Judgement, judge};
 use super::plan::{BASES, DiagnosisTask, MEDIUM};
+use crate::batch::Journal;
 use crate::statistics::upper_median;
 use serde::Serialize;
 use std::collections::BTreeMap;

@@ -10,7 +10,8 @@ mod wall;
 pub use report::{Finding, OptimizerReport};
 
 use super::BenchError;
-use super::journal::{Journal, Outcome};
+use super::{Progress, do_remaining};
+use crate::batch::{Entry, Journal, JournalError};
 use crate::calibrate::{
     CalibrateError, Calibration, OptimizerKind, Overrides, PROGRAM, Replicate, SearchSpace, Stop, StopReason, calibrate,
 };
@@ -19,10 +20,9 @@ use crate::convention::Convention;
 use crate::evaluator::Case;
 use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
-use crate::trajectory::{Preparation, Recording, Trajectory, import, prepare};
+use crate::trajectory::{Preparation, Trajectory, import, prepare};
 use crate::vehicle::{self, Vehicle};
 use serde::{Deserialize, Serialize};
-use std::collections::BTreeMap;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -64,19 +64,22 @@ pub struct OptimizerOutcome {
     pub wall_s: f64,
 }
 
-impl Outcome for OptimizerOutcome {
-    type Task = OptimizerTask;
+impl Entry for OptimizerOutcome {
+    type Key = OptimizerTask;
 
-    fn task(&self) -> &OptimizerTask {
+    fn key(&self) -> &OptimizerTask {
         &self.task
     }
+}
 
-    fn program(&self) -> &str {
-        &self.program
-    }
-
-    fn this_program() -> &'static str {
-        &PROGRAM
+impl OptimizerOutcome {
+    /// The journal of finished tasks in a file, without those of another program or state of the search.
+    ///
+    /// # Errors
+    /// As [`Journal::open`].
+    pub fn journal(path: &Path) -> Result<Journal<Self>, JournalError> {
+        let is_own = |outcome: &Self| outcome.program == *PROGRAM;
+        Journal::open(path, None, &|line| Ok(serde_json::from_slice(line).ok().filter(is_own)))
     }
 }
 
@@ -208,31 +211,18 @@ pub fn run_optimizers(
     program: &Path,
     tasks: &[OptimizerTask],
     journal: &mut Journal<OptimizerOutcome>,
-    progress: &mut (dyn FnMut(usize, &OptimizerTask) -> ControlFlow<()> + Send),
+    progress: &mut Progress<'_, OptimizerTask>,
 ) -> Result<(), BenchError> {
-    let mut data = Followers::new(shared)?;
-    for (done, task) in tasks.iter().enumerate() {
-        if journal.get(task).is_some() {
-            continue;
-        }
-        if progress(done, task).is_break() {
-            break;
-        }
-        let outcome = match task.aim.as_str() {
-            "wall" => wall::run(program, &data.file(task.platoon), task)?,
-            _ => match run(&mut data, task, &mut || progress(done, task))? {
-                Some(outcome) => outcome,
-                None => break,
-            },
-        };
-        journal.keep(outcome)?;
-    }
-    Ok(())
+    let data = Followers::new(shared)?;
+    do_remaining(tasks, journal, progress, |task, progress| match task.aim.as_str() {
+        "wall" => wall::run(program, &data.file(task.platoon), task).map(Some),
+        _ => run(&data, task, progress),
+    })
 }
 
 /// `None` if it was stopped.
 fn run(
-    data: &mut Followers,
+    data: &Followers,
     task: &OptimizerTask,
     progress: &mut (dyn FnMut() -> ControlFlow<()> + Send),
 ) -> Result<Option<OptimizerOutcome>, BenchError> {
@@ -240,7 +230,7 @@ fn run(
     let (trajectory, vehicle) = data.get(task.platoon, task.follower)?;
     let convention: Convention = task.convention.parse()?;
     let space = SearchSpace::new(&variant, vehicle, convention, &Overrides::new())?;
-    let case = Case::new(trajectory, variant, vehicle, convention, space.tau_p_upper())?;
+    let case = Case::new(&trajectory, variant, vehicle, convention, space.tau_p_upper())?;
     let settings = Calibration {
         optimizer: task.optimizer.parse::<OptimizerKind>()?,
         seed: task.seed,
@@ -285,19 +275,16 @@ fn outcome(
     Ok(OptimizerOutcome { program: PROGRAM.clone(), task: task.clone(), scores, evaluations, stops, wall_s })
 }
 
-/// The measured followers, read at their first use.
+/// The folder of the measured platoons, and their cars.
 struct Followers {
     folder: PathBuf,
     vehicles: Vec<Vehicle>,
-    recordings: BTreeMap<u32, Recording>,
-    trajectories: BTreeMap<(u32, usize), Trajectory>,
 }
 
 impl Followers {
     fn new(shared: &Path) -> Result<Followers, BenchError> {
         let vehicles = vehicle::read_table(&shared.join("data/vehicles/vehicles.csv"))?;
-        let folder = shared.join("data/astazero_c2art");
-        Ok(Followers { folder, vehicles, recordings: BTreeMap::new(), trajectories: BTreeMap::new() })
+        Ok(Followers { folder: shared.join("data/astazero_c2art"), vehicles })
     }
 
     fn file(&self, platoon: u32) -> PathBuf {
@@ -305,18 +292,11 @@ impl Followers {
         self.folder.join(format!("{stem}.csv"))
     }
 
-    fn get(&mut self, platoon: u32, follower: usize) -> Result<(&Trajectory, Option<&Vehicle>), BenchError> {
-        if !self.trajectories.contains_key(&(platoon, follower)) {
-            if !self.recordings.contains_key(&platoon) {
-                let recording = import::read(&self.file(platoon), None)?;
-                self.recordings.insert(platoon, recording);
-            }
-            let pieces = prepare(&self.recordings[&platoon], follower, &Preparation::default())?;
-            let longest = pieces.into_iter().max_by_key(Trajectory::len).expect("prepare finds at least one piece");
-            self.trajectories.insert((platoon, follower), longest);
-        }
-        let trajectory = &self.trajectories[&(platoon, follower)];
-        Ok((trajectory, self.vehicles.iter().find(|v| v.is_called(&trajectory.name))))
+    fn get(&self, platoon: u32, follower: usize) -> Result<(Trajectory, Option<&Vehicle>), BenchError> {
+        let recording = import::read(&self.file(platoon), None)?;
+        let trajectory = Trajectory::longest(prepare(&recording, follower, &Preparation::default())?);
+        let vehicle = self.vehicles.iter().find(|vehicle| vehicle.is_called(&trajectory.name));
+        Ok((trajectory, vehicle))
     }
 }
 

@@ -1,7 +1,7 @@
 //! The finished tasks against the targets.
 
-use super::super::journal::Journal;
 use super::{HARD, OptimizerOutcome, OptimizerTask, REPLICATES, SEED_TARGETS, SEEDS, SURFACES, WALL_TARGET_S};
+use crate::batch::Journal;
 use crate::statistics::median;
 use serde::Serialize;
 use std::fmt::Write;

@@ -4,8 +4,8 @@ use super::super::{interrupt, output};
 use super::with_bar;
 use crate::api::values::whole;
 use crate::bench::{
-    DiagnosisReport, DiagnosisTask, Journal, LARGEST_SEED, SIZES, diagnose_task, diagnosis_tasks, infer_task,
-    run_diagnoses,
+    DiagnosisOutcome, DiagnosisReport, DiagnosisTask, LARGEST_SEED, SIZES, diagnose_task, diagnosis_tasks,
+    do_remaining, infer_task,
 };
 use std::path::PathBuf;
 
@@ -55,11 +55,11 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     tasks.retain(|task| args.case.is_empty() || args.case.contains(&task.seed));
     let planned = tasks.len();
     tasks.truncate(args.cases.unwrap_or(count));
-    let mut journal = Journal::open(&args.journal)?;
+    let mut journal = DiagnosisOutcome::journal(&args.journal)?;
     let diagnose = if args.names_only { infer_task } else { diagnose_task };
     let words = |task: &DiagnosisTask| format!("{} {} {}", task.kind, task.base, task.causes.join(" + "));
     with_bar(&tasks, "cases", &args.journal, words, |progress| {
-        run_diagnoses(&tasks, &mut journal, diagnose, progress)
+        do_remaining(&tasks, &mut journal, progress, |task, _| Ok(Some(diagnose(task))))
     })?;
     let report = DiagnosisReport::new(&tasks, planned, &journal);
     if args.json { output::print_json(&report) } else { output::print(&report.table()) }

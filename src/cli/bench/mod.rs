@@ -6,10 +6,9 @@ mod optimizers;
 use super::progress::Bar;
 use super::{interrupt, output};
 use crate::api::model::{known, model};
-use crate::bench::{BenchError, Drive, Effort, run as measure, table};
+use crate::bench::{BenchError, Drive, Effort, Progress, run as measure, table};
 use crate::trajectory::import;
 use indicatif::HumanDuration;
-use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
 use std::time::Duration;
 
@@ -79,9 +78,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let report = report?;
     if args.json { output::print_json(&report.json()) } else { output::print(&table(&report)) }
 }
-
-/// Receives the number of finished tasks and the next one, and can stop the run.
-type Progress<'a, T> = dyn FnMut(usize, &T) -> ControlFlow<()> + Send + 'a;
 
 /// Runs tasks with a bar, or lines instead; after Ctrl-C it prints how to continue. `task` is the present one in words.
 fn with_bar<T: Sync>(

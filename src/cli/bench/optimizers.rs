@@ -2,7 +2,7 @@
 
 use super::super::{interrupt, output};
 use super::with_bar;
-use crate::bench::{Journal, OptimizerReport, OptimizerTask, optimizer_tasks, run_optimizers};
+use crate::bench::{OptimizerOutcome, OptimizerReport, OptimizerTask, optimizer_tasks, run_optimizers};
 use crate::calibrate::OptimizerKind;
 use std::path::PathBuf;
 
@@ -37,7 +37,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let mut tasks = optimizer_tasks(name, args.quick);
     tasks.retain(|task| args.only.as_ref().is_none_or(|only| task.aim == *only));
     tasks.truncate(args.tasks.unwrap_or(usize::MAX));
-    let mut journal = Journal::open(&args.journal)?;
+    let mut journal = OptimizerOutcome::journal(&args.journal)?;
     let beside = || std::env::var_os("LEADLAG_SHARED").map_or_else(|| PathBuf::from("../shared"), PathBuf::from);
     let (shared, program) = (args.shared.clone().unwrap_or_else(beside), std::env::current_exe()?);
     let words = |task: &OptimizerTask| format!("variant {} on P{}-{}", task.model_id, task.platoon, task.follower);

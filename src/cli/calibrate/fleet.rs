@@ -13,15 +13,13 @@ use crate::api::reading::Reading;
 use crate::api::warnings;
 use crate::catalog::Variant;
 use crate::evaluator::Evaluator;
-use crate::fleet::{self, Comparison, Held, Journal, Model, Pair, Row, Settings, driver};
+use crate::fleet::{self, Comparison, Held, Model, Pair, Row, Settings, driver};
 use crate::report::fleet::{FleetFile, text};
 use crate::report::{csv, parquet};
 use crate::text::shown::NAMED;
 use crate::trajectory::Trajectory;
 use std::ops::ControlFlow;
 use std::path::{Path, PathBuf};
-use std::sync::Mutex;
-use std::sync::atomic::{AtomicUsize, Ordering};
 use std::time::{Duration, Instant};
 
 const JOURNAL: &str = "journal.jsonl";
@@ -42,11 +40,10 @@ pub fn run(args: &Args, models: &[Variant]) -> anyhow::Result<()> {
     found.check()?;
     let Pairs { pairs, unreadable, .. } = found;
     output::make_folder(&args.out)?;
-    let misfit = |row: &Row| settings.misfit(row, pairs.len());
-    let journal = Journal::open(&args.out.join(JOURNAL), &settings.key(&pairs), &misfit)?;
+    let journal = settings.journal(&args.out.join(JOURNAL), &pairs)?;
     let whole = settings.places(pairs.len()).count();
-    let bar = Bar::new(whole, journal.known().len());
-    let rows = fleet::run(&pairs, &settings, &journal, &interrupt::asked, &|done| bar.tell(done), warn)?;
+    let mut bar = Bar::new(whole, journal.count());
+    let rows = fleet::run(&pairs, &settings, journal, &interrupt::asked, &mut |done| bar.tell(done), warn)?;
     bar.finish();
     let done = rows.iter().flatten().count();
     anyhow::ensure!(
@@ -161,7 +158,7 @@ fn each(
     let loaded: Vec<Loaded> =
         places.iter().filter_map(|&k| load(&pairs[k]).transpose()).collect::<anyhow::Result<_>>()?;
     let folders = folders(&args.out.join("each"), &loaded);
-    let bar = Bar::new(found.len(), 0);
+    let mut bar = Bar::new(found.len(), 0);
     for (done, row) in found.into_iter().enumerate() {
         anyhow::ensure!(
             !interrupt::asked(),
@@ -194,11 +191,10 @@ fn each(
 
 /// Pairs per second and time left.
 struct Bar {
-    bar: Mutex<progress::Bar>,
+    bar: progress::Bar,
     whole: usize,
     /// Rows of the present run.
     before: usize,
-    done: AtomicUsize,
     started: Instant,
 }
 
@@ -211,23 +207,18 @@ impl Bar {
             bar.bar.set_position(before as u64);
             bar.bar.reset_eta();
         }
-        Bar { bar: Mutex::new(bar), whole, before, done: AtomicUsize::new(before), started: Instant::now() }
+        Bar { bar, whole, before, started: Instant::now() }
     }
 
-    fn tell(&self, done: usize) {
-        let done = done.max(self.done.fetch_max(done, Ordering::Relaxed));
+    fn tell(&mut self, done: usize) {
         let rate = (done - self.before) as f64 / self.started.elapsed().as_secs_f64();
-        if let Ok(mut bar) = self.bar.lock() {
-            bar.show(done as u64, String::new(), |_| {
-                let left = (self.whole - done) as f64 / rate;
-                format!("{done}/{} calibrations, {rate:.0}/s, {left:.0} s left", self.whole)
-            });
-        }
+        self.bar.show(done as u64, String::new(), |_| {
+            let left = (self.whole - done) as f64 / rate;
+            format!("{done}/{} calibrations, {rate:.0}/s, {left:.0} s left", self.whole)
+        });
     }
 
     fn finish(&self) {
-        if let Ok(bar) = self.bar.lock() {
-            bar.finish();
-        }
+        self.bar.finish();
     }
 }

@@ -9,13 +9,11 @@ pub use flags::Args;
 
 use super::evaluator::warn;
 use super::{folder, interrupt, is_usage, output};
-use crate::api::calibration::{Calibration, Prepared};
+use crate::api::calibration::{Calibration, Whole};
 use crate::api::error::Usage;
 use crate::api::fleet::{HeldBack, files};
-use crate::api::folds;
 use crate::api::loading::{Input, Loaded};
 use crate::api::model::transcribed;
-use crate::api::once::once;
 use crate::api::reading::Reading;
 use crate::api::warnings;
 use crate::catalog::Variant;
@@ -25,7 +23,6 @@ use crate::reference::{Reference, Trace};
 use crate::report::text;
 use crate::rescore;
 use crate::result::ResultFile;
-use crate::result::assemble::scores_on;
 use crate::trajectory::Trajectory;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
@@ -173,42 +170,21 @@ fn one(
     held: &[Loaded],
     folder: &Path,
 ) -> anyhow::Result<ResultFile> {
-    once(loaded.iter().chain(held).map(|one| &one.trajectory))?;
-    calibration.fold_of(loaded)?;
-    calibration.own_drivers(loaded)?;
-    let prepared = calibration.prepare(loaded)?;
-    let held_cases = if held.is_empty() { None } else { Some(calibration.prepare(held)?.reference) };
-    let mut evaluator = calibration.build(&prepared.reference)?;
-    // Before the work, so that an unwritable folder does not cost a calibration.
-    output::make_folder(folder)?;
-    let started = Instant::now();
-    let apart = calibration.apart(&prepared, loaded, &interrupt::asked)?;
-    if let Some(apart) = &apart {
-        warn(&format!("--joint: {apart}; without --joint each gets its own parameters"));
-    }
-    let mut bar = progress::Bar::new(&calibration.search);
-    let found = calibration.search(evaluator.as_mut(), &prepared, loaded, &mut |progress| bar.update(progress));
+    let (started, mut bar) = (Instant::now(), progress::Bar::new(&calibration.search));
+    let begin = |drivers: Option<&str>| {
+        drivers
+            .iter()
+            .for_each(|apart| warn(&format!("--joint: {apart}; without --joint each gets its own parameters")));
+        // Before the search, so that an unwritable folder does not cost one.
+        output::make_folder(folder)
+    };
+    let found = calibration.on(loaded, held, begin, &mut |progress| bar.update(progress));
     bar.finish();
-    let mut result = found?;
-    result.drivers = apart;
-    if let Some(reference) = held_cases {
-        let trajectories: Vec<&Trajectory> = held.iter().map(|one| &one.trajectory).collect();
-        let parameters = result.calibrated_variant()?.parameters;
-        result.held_back = Some(scores_on(&reference, &parameters, &trajectories, &calibration.gof));
+    let Whole { result, reference, lost } = found?;
+    lost.iter().for_each(|text| warn(text));
+    if calibration.folds.is_some() && result.held_back.is_none() && lost.is_none() {
+        warn("--folds: interrupted; the result has no scores of left-out drivers");
     }
-    if calibration.folds.is_some() && !interrupt::asked() {
-        let mut bar = progress::Bar::new(&calibration.search);
-        let scores = calibration.left_out(loaded, &mut |progress| bar.update(progress));
-        bar.finish();
-        // The calibration is done, and must not be lost.
-        match scores {
-            Ok(Some(scores)) => result.held_back = Some(scores),
-            Ok(None) => warn("--folds: interrupted; the result has no scores of left-out drivers"),
-            Err(error) => warn(&folds::lost(&error)),
-        }
-    }
-    result.compared = if interrupt::asked() { None } else { calibration.compared(loaded, &mut |_| interrupt::go_on()) };
-    let Prepared { reference, .. } = prepared;
     let written = write::files(folder, &result, reference.cases(), loaded, Some(started.elapsed()));
     if !args.json {
         output::print(&text::calibration(&result))?;

@@ -1,7 +1,7 @@
 //! The files of a calibration.
 
 use super::super::change::Change;
-use super::super::folder::{RESULT, finish, of_calibration};
+use super::super::folder::{RESULT, finish, of_calibration, suffix};
 use crate::api::loading::Loaded;
 use crate::evaluator::Case;
 use crate::reference::Trace;
@@ -36,7 +36,7 @@ pub fn files(
     }
 
     for (i, (case, one)) in cases.iter().zip(loaded).enumerate() {
-        let suffix = if loaded.len() == 1 { String::new() } else { format!("_{}", i + 1) };
+        let suffix = suffix(i, loaded.len());
         let mut trace = Trace::default();
         let outcome = rescore::outcome(case, &result.parameters_on(i)?, &mut trace)?;
         let t = &one.trajectory.t;

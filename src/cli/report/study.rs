@@ -20,7 +20,6 @@ pub fn page(path: &Path) -> anyhow::Result<String> {
         let (missing, all) = (inventory.missing.len(), tasks.len());
         eprintln!("warning: {missing} of {all} tasks are missing; the report says so");
     }
-    let laws = file.read_laws();
-    let all: Vec<Outcomes> = file.gofs.iter().map(|gof| Outcomes::gather(&tasks, &inventory, gof, &laws)).collect();
+    let all = Outcomes::of_study(&file, &tasks, &inventory);
     Ok(study::page(&file, &all, &inventory, &past_runs(&folder)))
 }

@@ -6,7 +6,6 @@ use super::status::{Place, complain};
 use crate::report::{csv, parquet};
 use crate::study::{SCHEMA_VERSION, merge};
 use crate::text::bounded::Lines;
-use crate::text::option::{OUT, PARTIAL};
 use anyhow::bail;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -56,7 +55,8 @@ pub fn tables(of: &Place, partial: bool, out: Option<&Path>) -> anyhow::Result<(
         }
         let shown = of.folder.display();
         bail!(
-            "{missing} of {} tasks are missing; `leadlag study run {shown}` computes them, {PARTIAL} merges without them",
+            "{missing} of {} tasks are missing; `leadlag study run {shown}` computes them, `leadlag study merge {shown} --partial` \
+             merges without them",
             tasks.len()
         );
     }
@@ -66,7 +66,7 @@ pub fn tables(of: &Place, partial: bool, out: Option<&Path>) -> anyhow::Result<(
         let (out, shown) = (out.display(), of.folder.display());
         bail!(
             "no task of this plan is done, and {out} holds tables with rows, which empty ones would replace; \
-             `leadlag study run {shown}` computes the tasks, {OUT} DIR writes elsewhere"
+             `leadlag study run {shown}` computes the tasks, `leadlag study merge {shown} --partial --out DIR` writes elsewhere"
         );
     }
     let study = folder.study_file()?;

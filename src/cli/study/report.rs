@@ -34,8 +34,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if inventory.done() == 0 {
         bail!("no task is done yet; `leadlag study run {shown}` computes them");
     }
-    let laws = file.read_laws();
-    let all: Vec<Outcomes> = file.gofs.iter().map(|gof| Outcomes::gather(&tasks, &inventory, gof, &laws)).collect();
+    let all = Outcomes::of_study(&file, &tasks, &inventory);
     let out = args.out.clone().unwrap_or_else(|| folder.report());
     let mut change = Change::begin(&out)?;
     folder.sweep();

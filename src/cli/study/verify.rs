@@ -2,7 +2,7 @@
 
 use super::super::{evaluator, interrupt, output};
 use super::run::Bar;
-use super::status::complain;
+use super::status::{Place, complain};
 use crate::api::error::refuse;
 use crate::evaluator::AdapterChoice;
 use crate::study::folder::Folder;
@@ -18,18 +18,14 @@ const NAMED: usize = 10;
 
 #[derive(Debug, clap::Args)]
 pub struct Args {
-    /// Folder of the study
-    #[arg(value_name = "DIR")]
-    folder: PathBuf,
+    #[command(flatten)]
+    of: Place,
     /// Share of the parts to compute again, above 0 and at most 1; one part at least
     #[arg(long, value_name = "SHARE", default_value_t = 0.01)]
     share: f64,
     /// Seed that selects the parts [default: a new selection each time]
     #[arg(long, value_name = "SEED")]
     seed: Option<u64>,
-    /// A further folder of parts, computed elsewhere; may be given several times
-    #[arg(long, value_name = "DIR")]
-    parts: Vec<PathBuf>,
     /// Folder of the data, if it has moved since the plan
     #[arg(long, value_name = "DIR")]
     data: Option<PathBuf>,
@@ -40,12 +36,12 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         refuse!("--share: expected a number above 0 and at most 1, found {}", args.share);
     }
     interrupt::watch();
-    let folder = Folder::open(&args.folder)?;
+    let folder = Folder::open(&args.of.folder)?;
     let (study, tasks) = folder.study(args.data.as_deref())?;
-    let inventory = inventory::look(&folder, &tasks, &args.parts)?;
+    let inventory = inventory::look(&folder, &tasks, &args.of.parts)?;
     complain(&inventory)?;
     if inventory.done() == 0 {
-        bail!("no task is done yet; `leadlag study run {}` computes them", args.folder.display());
+        bail!("no task is done yet; `leadlag study run {}` computes them", args.of.folder.display());
     }
     // The selection must be unpredictable for anyone who changes a part.
     let clock = || SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |time| u64::from(time.subsec_nanos()));

@@ -14,9 +14,9 @@ macro_rules! options {
 }
 
 options! {
-    BASE BOUNDS COLUMNS CONVENTION CORRECT DATA EVALUATOR EXTEND FIX FOLDS FOLLOWER FROM GOF GPU GRADE HISTORY HOLDOUT JOINT
-    LEAD_LENGTH LEAD_START MAX_EVALUATIONS MAX_GAP MODEL OPTIMIZER OUT OWN PARTIAL PRECISION RECONCILE REPLICATES RESAMPLE SEED SEGMENT SMOOTH SUMO
-    TO TRAJECTORY VEHICLE
+    BASE BOUNDS COLUMNS CONVENTION CORRECT DATA EVALUATOR EXTEND FIX FOLDS FOLLOWER FROM GOF GPU GRADE HISTORY HOLDOUT JOINT JOURNAL
+    LEAD_LENGTH LEAD_START MAX_EVALUATIONS MAX_GAP MODEL OPTIMIZER OUT OWN PRECISION RECONCILE REPLICATES RESAMPLE SEED SEGMENT SMOOTH SUMO
+    TO TO_MODEL TRAJECTORY VEHICLE
 }
 
 /// How a front end words an option.
@@ -51,7 +51,11 @@ impl fmt::Display for Opt {
 /// The wording of the command line, and of a process that sets none: `--max-gap`.
 #[must_use]
 pub fn flag(option: Opt) -> String {
-    format!("--{}", option.id().replace('_', "-"))
+    match option {
+        // The model of an export; the end of a window is an option of other commands.
+        TO_MODEL => "--to".to_owned(),
+        _ => format!("--{}", option.id().replace('_', "-")),
+    }
 }
 
 thread_local! {

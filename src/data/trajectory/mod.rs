@@ -256,6 +256,15 @@ impl Trajectory {
         self.t.len()
     }
 
+    /// The longest of the segments that [`prepare()`] finds, which are never none; of equally long ones the first.
+    ///
+    /// # Panics
+    /// Without a segment.
+    #[must_use]
+    pub fn longest(segments: Vec<Trajectory>) -> Trajectory {
+        segments.into_iter().rev().max_by_key(Trajectory::len).expect("`prepare` finds at least one")
+    }
+
     /// Driver of the follower, if the file names one: `ACC`, `Human`.
     #[must_use]
     pub fn driver(&self) -> Option<&str> {

@@ -6,7 +6,7 @@ use crate::evaluator::{Case, CaseError};
 use crate::text::option::DATA;
 use crate::trajectory::import::{ColumnMap, read_mapped};
 use crate::trajectory::{
-    ImportError, Layout, Preparation, PrepareError, Recording, Source, Treatment, import, prepare,
+    ImportError, Layout, Preparation, PrepareError, Recording, Source, Trajectory, Treatment, import, prepare,
 };
 use crate::vehicle::{Vehicle, VehicleError, read_table};
 use std::collections::{HashMap, HashSet};
@@ -78,13 +78,14 @@ pub enum LibraryError {
 }
 
 /// Where the files of the rows are.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 enum Place {
     /// In this folder.
     Folder(PathBuf),
     /// This is the file of all rows.
     File(PathBuf),
     /// A folder; each row names its file.
+    #[default]
     Named,
 }
 
@@ -107,7 +108,7 @@ pub(super) enum NamedFile {
 }
 
 /// The files and vehicles of the rows.
-#[derive(Debug)]
+#[derive(Debug, Default)]
 pub struct Library {
     place: Place,
     layout: DataLayout,
@@ -179,24 +180,7 @@ impl Library {
         let parent = folder.join("..");
         let table = [folder, &parent].iter().map(|f| f.join("vehicles").join("vehicles.csv")).find(|p| p.exists());
         let vehicles = table.as_deref().map_or_else(|| Ok(Vehicle::built_in()), read_table)?;
-        let (cases, notes, faults, last) = (HashMap::new(), Vec::new(), Vec::new(), None);
-        let (sources, used) = (Vec::new(), HashSet::new());
-        Ok(Library {
-            place,
-            layout,
-            columns,
-            preparation,
-            vehicles,
-            notes,
-            faults,
-            cases,
-            last,
-            sources,
-            used,
-            models: HashMap::new(),
-            vehicle: None,
-            treatment: None,
-        })
+        Ok(Library { place, layout, columns, preparation, vehicles, ..Library::default() })
     }
 
     /// True if every row is simulated on the same file, so that none has to name it.
@@ -317,14 +301,13 @@ impl Library {
                 return Err(LibraryError::NoTrajectory { file, example });
             }
         }
-        let mut segments =
+        let segments =
             prepare(recording, wanted.follower, &preparation).map_err(|e| LibraryError::Prepare(Arc::new(e)))?;
         if let (NamedFile::Platoon(platoon), true) = (&wanted.file, segments.len() > 1) {
             let (platoon, follower, segments) = (platoon.clone(), wanted.follower, segments.len());
             return Err(LibraryError::Segments { platoon, follower, segments });
         }
-        let longest = (0..segments.len()).rev().max_by_key(|&k| segments[k].len()).expect("prepare gives one at least");
-        let trajectory = &segments.swap_remove(longest);
+        let trajectory = &Trajectory::longest(segments);
         self.notes.extend(trajectory.preparation().map(|note| format!("{}: {note}", trajectory.label)));
         self.faults.extend(trajectory.faults().map(|fault| format!("{}: {fault}", trajectory.label)));
         let told = self.treatment.as_ref().and_then(|then| then.differs(&Treatment::of(trajectory)));

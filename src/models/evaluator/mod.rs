@@ -10,7 +10,7 @@ mod splitting;
 mod table;
 
 pub use adapter::AdapterChoice;
-pub use case::{Case, CaseError, InvalidParameter};
+pub use case::{Case, CaseError, InvalidParameter, Supply};
 pub use course::smoothed_acceleration;
 pub use course::{Course, CourseError, LEADER_SMOOTHING, Pace, WorldSignals};
 pub use fallback::Fallback;

@@ -1,6 +1,6 @@
 //! Results of the evaluators that run the WGSL text, per candidate, before any measure.
 
-use super::{Case, Course, Failure, FailureKind, Outcome};
+use super::{Case, Course, Failure, FailureKind, Job, Outcome};
 use crate::score::{Measures, Sums};
 use crate::symbols::Parameters;
 
@@ -49,6 +49,15 @@ impl Raw {
             _ => FailureKind::Crash,
         };
         Some(Failure { kind, step: (self.status & status::STEP) as usize })
+    }
+
+    /// The outcomes of the candidates of jobs, from their results in the same order.
+    pub(crate) fn outcomes(raw: &[Raw], jobs: &[Job<'_>], cases: &[Case], courses: &[Course]) -> Vec<Outcome> {
+        let candidates = jobs.iter().flat_map(|job| (0..job.population.len()).map(move |i| (job, i)));
+        let outcome = |(raw, (job, i)): (&Raw, (&Job<'_>, usize))| {
+            raw.outcome(&cases[job.case], &courses[job.case], &job.population.parameters(i))
+        };
+        raw.iter().zip(candidates).map(outcome).collect()
     }
 
     /// The outcome; the measures are finished in f64.

@@ -397,10 +397,6 @@ impl Evaluator for Gpu {
 
     fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
         let raw = self.raw(jobs)?;
-        let each = jobs.iter().flat_map(|job| (0..job.population.len()).map(move |i| (job, i)));
-        let outcome = |((job, i), raw): ((&Job, usize), Raw)| {
-            raw.outcome(&self.cases[job.case], &self.courses[job.case], &job.population.parameters(i))
-        };
-        Ok(each.zip(raw).map(outcome).collect())
+        Ok(Raw::outcomes(&raw, jobs, &self.cases, &self.courses))
     }
 }

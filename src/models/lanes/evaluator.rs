@@ -462,11 +462,7 @@ impl Evaluator for Lanes {
     }
 
     fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {
-        let raws = self.raw(jobs)?;
-        let candidates = jobs.iter().flat_map(|job| (0..job.population.len()).map(move |i| (job, i)));
-        let outcome = |(raw, (job, i)): (&Raw, (&Job<'_>, usize))| {
-            raw.outcome(&self.cases[job.case], &self.courses[job.case], &job.population.parameters(i))
-        };
-        Ok(raws.iter().zip(candidates).map(outcome).collect())
+        let raw = self.raw(jobs)?;
+        Ok(Raw::outcomes(&raw, jobs, &self.cases, &self.courses))
     }
 }

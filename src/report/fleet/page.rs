@@ -201,7 +201,7 @@ fn compared(page: &mut Page, file: &FleetFile, rows: &[Shown]) {
         let own = one.score.map_or("–".to_owned(), |score| short(score.median));
         let [median, range] =
             one.compared.map_or(["–".to_owned(), "–".to_owned()], |s| [short(s.median), range(s.nine_tenths)]);
-        let behind = one.behind.map_or("–".to_owned(), |behind| behind.told());
+        let behind = one.behind.map_or("–".to_owned(), |behind| behind.in_words());
         let best = format!("{} of {}", one.best, one.calibrated);
         vec![one.model.clone(), one.gof.clone(), own, median, range, best, behind, one.failed.to_string()]
     };

@@ -47,7 +47,7 @@ fn models(all: &[Overview]) -> String {
     for one in all {
         let median = one.compared.or(one.score).map_or("–".to_owned(), |s| short(s.median));
         let best = format!("{} of {}", one.best, one.calibrated);
-        let behind = one.behind.map_or("–".to_owned(), |behind| behind.told());
+        let behind = one.behind.map_or("–".to_owned(), |behind| behind.in_words());
         // Writing to a String cannot fail.
         let _ = writeln!(text, "{:<26} {:<10} {median:>9} {best:>12} {behind:>18}", one.model, one.gof);
     }

@@ -3,7 +3,7 @@
 use crate::score::Measures;
 use crate::statistics::median;
 use crate::study::inventory::Inventory;
-use crate::study::part::{Part, RunRow};
+use crate::study::part::RunRow;
 use std::collections::BTreeMap;
 
 /// A trajectory: platoon and follower.
@@ -39,18 +39,8 @@ pub type Matrix = BTreeMap<String, BTreeMap<Place, BTreeMap<Place, Cross>>>;
 
 /// The matrix of one goodness of fit over all variants; of the replicates, the best one counts.
 pub fn matrix(inventory: &Inventory, gof: &str) -> Matrix {
-    let mut winners: BTreeMap<(&str, &str, usize), (f64, &Part)> = BTreeMap::new();
-    for part in inventory.parts.iter().flatten().filter(|part| part.calibration.gof == gof) {
-        let row = &part.calibration;
-        let Some(score) = row.score else { continue };
-        let key = (row.variant.as_str(), row.platoon.as_str(), row.follower);
-        // Of equal replicates the first, as in the tables.
-        if winners.get(&key).is_none_or(|(best, _)| score < *best) {
-            winners.insert(key, (score, part));
-        }
-    }
     let mut matrix = Matrix::new();
-    for (_, part) in winners.values() {
+    for part in inventory.winners().into_iter().filter(|part| part.calibration.gof == gof) {
         let row = &part.calibration;
         let from = (row.platoon.clone(), row.follower);
         let own = matrix.entry(row.vehicle.clone()).or_default().entry(from.clone()).or_default();

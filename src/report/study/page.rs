@@ -169,7 +169,7 @@ fn overall(page: &mut Page, material: &Material) {
                 signed(four.change),
                 signed(paper.and_then(|p| p.change)),
                 optional(median(&scores)),
-                ranking.behind[v].map_or("–".to_owned(), |behind| behind.told()),
+                ranking.behind[v].map_or("–".to_owned(), |behind| behind.in_words()),
                 format!("{collisions} of {runs}"),
                 paper.map_or("–".to_owned(), |p| format!("{} of {VALIDATIONS}", p.collisions)),
             ]
@@ -238,7 +238,7 @@ fn rankings(page: &mut Page, own: &Outcomes) {
                     errors(1),
                     errors(2),
                     optional(median(&scores)),
-                    ranking.behind[v].map_or("–".to_owned(), |behind| behind.told()),
+                    ranking.behind[v].map_or("–".to_owned(), |behind| behind.in_words()),
                     format!("{collisions} of {runs}"),
                 ]
             })

@@ -135,37 +135,35 @@ fn table4(material: &Material, text: &mut String) -> std::fmt::Result {
         "Medians over the trajectories. The share above the best is the score over the lowest one of all variants on the same trajectory, minus 1 \
          (Eq. 19); its change is against the same share of the base model, so that small shares change by many percent.\n"
     )?;
-    let (score, share, change) = (&own.gof, "share above the best", "change of this share %");
-    if material.is_beside_paper() {
-        writeln!(
-            text,
-            "| id | variant | {score} | {share} | paper | {change} | paper | collisions | paper |\n|---|---|---|---|---|---|---|---|---|"
-        )?;
-    } else {
-        writeln!(text, "| id | variant | {score} | {share} | {change} | collisions |\n|---|---|---|---|---|---|")?;
-    }
+    // The paper's numbers stand in columns of their own, if at all.
+    let line = |cells: [(String, Option<String>); 6]| {
+        let cells =
+            cells.into_iter().flat_map(|(own, paper)| [Some(own), paper.filter(|_| material.is_beside_paper())]);
+        format!("| {} |", cells.flatten().collect::<Vec<_>>().join(" | "))
+    };
+    let paper = || Some("paper".to_owned());
+    let head = line([
+        ("id".to_owned(), None),
+        ("variant".to_owned(), None),
+        (own.gof.clone(), None),
+        ("share above the best".to_owned(), paper()),
+        ("change of this share %".to_owned(), paper()),
+        ("collisions".to_owned(), paper()),
+    ]);
+    writeln!(text, "{head}\n|{}", "---|".repeat(head.matches(" | ").count() + 1))?;
     for (v, variant) in own.variants.iter().enumerate() {
         let scores: Vec<f64> = own.cells[v].iter().filter_map(|cell| cell.score).collect();
-        let score = shown(crate::statistics::median(&scores), 4);
-        let (four, five) = (&material.four[v], &material.five[v]);
-        let (id, median, change) = (variant.shown_id(), shown(four.median, 3), signed(four.change));
-        let (collisions, runs) = (five.collisions, five.runs);
-        match material.printed(variant) {
-            None if material.is_beside_paper() => {
-                writeln!(
-                    text,
-                    "| {id} | `{variant}` | {score} | {median} | - | {change} | - | {collisions}/{runs} | - |"
-                )?;
-            }
-            None => writeln!(text, "| {id} | `{variant}` | {score} | {median} | {change} | {collisions}/{runs} |")?,
-            Some(paper) => writeln!(
-                text,
-                "| {id} | `{variant}` | {score} | {median} | {} | {change} | {} | {collisions}/{runs} | {:.0}/168 |",
-                shown(Some(paper.median), 3),
-                signed(paper.change),
-                paper.collisions,
-            )?,
-        }
+        let (four, five, printed) = (&material.four[v], &material.five[v], material.printed(variant));
+        let collisions = printed.map_or("-".to_owned(), |paper| format!("{:.0}/168", paper.collisions));
+        let cells = [
+            (variant.shown_id(), None),
+            (format!("`{variant}`"), None),
+            (shown(crate::statistics::median(&scores), 4), None),
+            (shown(four.median, 3), Some(shown(printed.map(|paper| paper.median), 3))),
+            (signed(four.change), Some(signed(printed.and_then(|paper| paper.change)))),
+            (format!("{}/{}", five.collisions, five.runs), Some(collisions)),
+        ];
+        writeln!(text, "{}", line(cells))?;
     }
     Ok(())
 }

@@ -4,7 +4,6 @@ use super::Material;
 use crate::calibrate::coefficient_of_variation;
 use crate::catalog::{BASES, Variant};
 use crate::statistics::box_statistics;
-use crate::study::outcome::Outcomes;
 use crate::study::outcome::claims::PAPERS_GOF;
 use crate::study::paper::{Printed, VALIDATIONS};
 use crate::study::table::Table;
@@ -120,36 +119,26 @@ pub fn boxes(material: &Material) -> Table {
 
 /// Figure 7: one row per goodness of fit and variant.
 pub fn collisions(material: &Material) -> Table {
-    let row = |outcomes: &'_ Outcomes, i: usize| {
-        let (collisions, other, runs) = outcomes.collisions(i);
-        CollisionRow { gof: outcomes.gof.clone(), variant: outcomes.variants[i], collisions, other, runs }
-    };
-    let all = material.all.iter();
-    let rows: Vec<CollisionRow> = all.flat_map(|o| (0..o.variants.len()).map(move |i| row(o, i))).collect();
-    let share = |part: usize, of: usize| (of > 0).then(|| 100.0 * part as f64 / of as f64);
+    let all =
+        material.all.iter().flat_map(|of| of.variants.iter().enumerate().map(move |(v, variant)| (of, v, variant)));
+    let rows: Vec<(&str, &Variant, (usize, usize, usize))> =
+        all.map(|(of, v, variant)| (of.gof.as_str(), variant, of.collisions(v))).collect();
+    let counts = |of: fn((usize, usize, usize)) -> usize| rows.iter().map(move |row| i64::try_from(of(row.2)).ok());
     let mut table = Table::default();
-    table.text("gof", rows.iter().map(|r| Some(r.gof.as_str())));
-    table.integer("model_id", rows.iter().map(|r| Some(i64::from(r.variant.id()))));
-    let names: Vec<String> = rows.iter().map(|r| r.variant.name()).collect();
+    table.text("gof", rows.iter().map(|(gof, ..)| Some(*gof)));
+    table.integer("model_id", rows.iter().map(|(_, variant, _)| Some(i64::from(variant.id()))));
+    let names: Vec<String> = rows.iter().map(|(_, variant, _)| variant.name()).collect();
     table.text("variant", names.iter().map(|name| Some(name.as_str())));
-    table.integer("collisions", rows.iter().map(|r| i64::try_from(r.collisions).ok()));
-    table.integer("other_early_ends", rows.iter().map(|r| i64::try_from(r.other).ok()));
-    table.integer("validation_runs", rows.iter().map(|r| i64::try_from(r.runs).ok()));
-    table.number("collision_percent", rows.iter().map(|r| share(r.collisions, r.runs)));
+    table.integer("collisions", counts(|(collisions, ..)| collisions));
+    table.integer("other_early_ends", counts(|(_, other, _)| other));
+    table.integer("validation_runs", counts(|(.., runs)| runs));
+    let share = |(collisions, _, runs): (usize, usize, usize)| 100.0 * collisions as f64 / runs as f64;
+    table.number("collision_percent", rows.iter().map(|(.., ends)| (ends.2 > 0).then(|| share(*ends))));
     // The paper prints numbers only for its own goodness of fit (Table 5); the other curves are in its figure.
-    let printed = |r: &CollisionRow| {
-        let row = material.paper.get(&r.variant.id()).filter(|_| r.gof == PAPERS_GOF)?;
+    let printed = |(gof, variant, _): &(&str, &Variant, _)| {
+        let row = material.paper.get(&variant.id()).filter(|_| *gof == PAPERS_GOF)?;
         Some(100.0 * row.collisions / VALIDATIONS)
     };
     table.number("paper_collision_percent", rows.iter().map(printed));
     table
-}
-
-/// A variant in Figure 7.
-struct CollisionRow {
-    gof: String,
-    variant: Variant,
-    collisions: usize,
-    other: usize,
-    runs: usize,
 }

@@ -37,7 +37,7 @@ impl Behind {
 
     /// The difference with its interval, or a statement that the data do not show one, in words.
     #[must_use]
-    pub fn told(&self) -> String {
+    pub fn in_words(&self) -> String {
         let [low, high] = self.interval;
         if self.mean == 0.0 && low == high {
             "the lowest".to_owned()

@@ -9,6 +9,7 @@ pub use behind::{Behind, between};
 pub use compare::{Table4Row, Table5Row, compare};
 pub use ranking::Ranking;
 
+use super::folder::StudyFile;
 use super::inventory::Inventory;
 use super::part::{Part, RunRow};
 use super::task::{Task, without_extensions};
@@ -75,9 +76,14 @@ pub struct Outcomes {
 }
 
 impl Outcomes {
-    /// All available outcomes of one goodness of fit.
+    /// All available outcomes, of each goodness of fit of a study.
     #[must_use]
-    pub fn gather(tasks: &[Task], inventory: &Inventory, gof: &str, laws: &[&'static Extension]) -> Outcomes {
+    pub fn of_study(study: &StudyFile, tasks: &[Task], inventory: &Inventory) -> Vec<Outcomes> {
+        let laws = study.read_laws();
+        study.gofs.iter().map(|gof| Outcomes::gather(tasks, inventory, gof, &laws)).collect()
+    }
+
+    fn gather(tasks: &[Task], inventory: &Inventory, gof: &str, laws: &[&'static Extension]) -> Outcomes {
         let (mut drives, mut variants): (Vec<DriveName>, Vec<Variant>) = (Vec::new(), Vec::new());
         let mut found: Vec<(usize, usize, &Part)> = Vec::new();
         for (task, part) in tasks.iter().zip(&inventory.parts) {

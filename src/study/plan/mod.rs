@@ -151,13 +151,6 @@ impl Plan {
     pub fn parse(content: &str, path: &str, folder: &Path, name: &str) -> Result<Plan, PlanError> {
         text::read(content, path, folder, name, &[])
     }
-
-    /// Number of calibrations of one trajectory.
-    #[must_use]
-    pub fn per_trajectory(&self) -> u64 {
-        let of = &self.calibration;
-        (of.variants.len() * of.gofs.len()) as u64 * of.replicates
-    }
 }
 
 /// Bounds of the plan that concern a variant.

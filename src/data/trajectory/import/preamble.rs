@@ -26,7 +26,7 @@ pub(super) fn header<R: Read>(
             // The sign may belong to the first name.
             let header = if named(&line) > named(bare) { line.as_str() } else { bare };
             if named(header) > 1 {
-                say(notes, first, comments);
+                note_comments(notes, first, comments);
                 return Ok(Some(header.to_owned()));
             }
             comments += 1;
@@ -37,7 +37,7 @@ pub(super) fn header<R: Read>(
                 lines.unread();
                 comments -= 1;
             }
-            say(notes, first, comments);
+            note_comments(notes, first, comments);
             return Ok(Some(names.unwrap_or(line)));
         } else {
             comments += 1;
@@ -45,7 +45,7 @@ pub(super) fn header<R: Read>(
     }
 }
 
-fn say(notes: &mut Vec<Note>, line: u64, lines: u64) {
+fn note_comments(notes: &mut Vec<Note>, line: u64, lines: u64) {
     if lines > 0 {
         notes.push(Note::LinesSkipped { line, lines, what: "comments".to_owned() });
     }

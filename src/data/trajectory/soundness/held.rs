@@ -65,7 +65,7 @@ pub(super) fn dropouts(signal: &Signal, link: &Link, factor: f64) -> Dropouts {
             // With a coarse sensor, only the step at the end or a necessary change of the gap shows it.
             let long = run.len() as f64 * link.dt >= LIMITS.held && run.len() as f64 > 1.5 * factor;
             let jumps = || steepest(&steps, &run) > LIMITS.held_step.max(20.0 * sigma).max(2.5 * q);
-            let moves = || signal.name == "gap" && moved(link, &run) > LIMITS.held_change.max(3.0 * q);
+            let moves = || signal.name == "gap" && change_within(link, &run) > LIMITS.held_change.max(3.0 * q);
             long && (jumps() || moves())
         };
         if kept {
@@ -97,7 +97,7 @@ fn alternate(bends: &[f64]) -> bool {
 }
 
 /// Change of the gap within a run of steps by the speeds \[m\].
-fn moved(link: &Link, run: &Range<usize>) -> f64 {
+fn change_within(link: &Link, run: &Range<usize>) -> f64 {
     let (mut sum, mut low, mut high) = (0.0, 0.0_f64, 0.0_f64);
     for i in run.clone() {
         let step = link.change_by_speeds(i, i + 1);

@@ -208,7 +208,7 @@ impl ColumnMap {
     }
 
     /// A change of position \[m\], without the end of a lap.
-    pub(super) fn moved(&self, change: f64) -> f64 {
+    pub(super) fn unwrapped(&self, change: f64) -> f64 {
         self.lap_length.map_or(change, |lap| (change + lap / 2.0).rem_euclid(lap) - lap / 2.0)
     }
 

@@ -65,7 +65,7 @@ pub(super) fn vehicles(table: &Table, map: &ColumnMap, tracks: &[Track], problem
         let (longest, most) = (longest_step(&track.t), largest_move(&track.x));
         for i in 1..track.t.len() {
             let dt = track.t[i] - track.t[i - 1];
-            let step = map.moved(track.x[i] - track.x[i - 1]);
+            let step = map.unwrapped(track.x[i] - track.x[i - 1]);
             if dt > longest || step.abs() > most {
                 continue;
             }

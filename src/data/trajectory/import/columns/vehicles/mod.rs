@@ -246,7 +246,7 @@ impl<'a> Long<'a> {
             let mut last = f64::NAN;
             for x in x.iter_mut().filter(|x| x.is_finite()) {
                 if last.is_finite() {
-                    *x = last + self.map.moved(*x - last);
+                    *x = last + self.map.unwrapped(*x - last);
                 }
                 last = *x;
             }
