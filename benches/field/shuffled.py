@@ -3,7 +3,7 @@
 
     shuffled.py LEADLAG DATA OUT [Waymo|NGSIM_I_80 [FLEETS]]
 
-DATA as for follownet.py. Each fleet has 60 of the validation events, each behind the car ahead of another one, begun at a spacing that stays above 2 m.
+DATA as for follownet.py. Each fleet has 60 of the validation events, each behind the car ahead of another one, started at a spacing that stays above 2 m.
 """
 import pathlib
 import random
