@@ -26,8 +26,8 @@ pub struct Policy {
     /// Smallest share of the causes of a recommended model that are of named families \[-\]: those of one car may not carry over to other
     /// drives, but hundreds of left-out drivers show what a further cause gains.
     pub named: f64,
-    /// Smallest gain over whole drives in standard errors \[-\]: a recommended model has to gain in its use, and the shorter horizons give
-    /// the evidence.
+    /// Smallest gain over whole drives in standard errors \[-\]: a recommended model has to gain in its use. By chance, one of twenty models
+    /// does.
     pub whole_drives: f64,
     /// Largest ratio of a size between two horizons, or without one fold, if it is to be a property of the car \[-\].
     pub spread: f64,
@@ -70,7 +70,7 @@ impl Policy {
         chance: 0.05,
         set: 0.95,
         named: 1.0,
-        whole_drives: 1.0,
+        whole_drives: 1.645,
         spread: 2.5,
         none: 0.02,
         worth_trying: 0.005,
