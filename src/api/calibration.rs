@@ -25,7 +25,7 @@ use crate::score::GoodnessOfFit;
 use crate::select::{Selection, Work};
 use crate::symbols::Symbol;
 use crate::text::option::{FIX, HISTORY, JOINT, MAX_EVALUATIONS, OPTIMIZER, PRECISION, REPLICATES, SEED, VEHICLE};
-use crate::trajectory::{Trajectory, different_names};
+use crate::trajectory::Trajectory;
 use crate::vehicle::Vehicle;
 use crate::wgsl::read_extension;
 use std::ops::ControlFlow;
@@ -482,11 +482,7 @@ impl Calibration {
             return Ok(None);
         }
         let Prepared { space, reference } = prepared;
-        let trajectories: Vec<&Trajectory> = loaded.iter().map(|one| &one.trajectory).collect();
-        if let Some((_, names)) = different_names(&trajectories) {
-            return Ok(Some(names));
-        }
-        let labels: Vec<&str> = trajectories.iter().map(|one| one.label.as_str()).collect();
+        let labels: Vec<&str> = loaded.iter().map(|one| one.trajectory.label.as_str()).collect();
         let found: Option<Apart> = apart_until(reference.cases(), space, self.search.seed, stop)?;
         Ok(found.map(|apart| apart.told(space, &labels)))
     }
@@ -506,12 +502,12 @@ impl Calibration {
         });
         let (others, search) = (others.collect::<Vec<_>>(), calibrate::Calibration { replicates: 1, ..self.search });
         let calibration = Calibration { intervals: false, search, ..self.clone() };
-        let prepared = calibration.prepare(&others).ok()?;
-        let mut evaluator = calibration.build(&prepared.reference).ok()?;
         let mut stopped = progress(SearchProgress { replicate: 0, evaluations: 0, best: None }).is_break();
         if stopped {
             return None;
         }
+        let prepared = calibration.prepare(&others).ok()?;
+        let mut evaluator = calibration.build(&prepared.reference).ok()?;
         let found = calibration.search(evaluator.as_mut(), &prepared, &others, &mut |step| {
             let flow = progress(step);
             stopped |= flow.is_break();

@@ -237,7 +237,11 @@ impl Asked<'_> {
         } else {
             loaded.whole.iter().collect()
         };
-        let different = different_drivers(&all, base, bounds, seed)?;
+        let trained: Vec<&Trajectory> = loaded.train.iter().map(|drive| &drive.trajectory).collect();
+        let different = match FindingEntry::different_names(&trained) {
+            Some(named) => Some(named),
+            None => different_drivers(&all, base, bounds, seed)?.map(FindingEntry::different),
+        };
         let part = |p: Progress, [from, to]: [f64; 2]| Progress { done: from + (to - from) * p.done, ..p };
         let inference = infer(&question, &mut |p| progress(part(p, [0.0, INFERRED])))?;
         let named: Vec<&'static Extension> = inference.named().iter().map(|adopted| adopted.extension).collect();
@@ -255,7 +259,7 @@ impl Asked<'_> {
         let mut found = describe(&question, inference, &answer, loaded.lap)?;
         found.outcome.data = std::mem::take(&mut loaded.data);
         found.outcome.data_findings = std::mem::take(&mut loaded.findings);
-        found.outcome.data_findings.extend(different.map(FindingEntry::different));
+        found.outcome.data_findings.extend(different);
         found.outcome.data_findings.extend(answer.not_followed.iter().map(NotFollowed::finding));
         found.outcome.held_back = std::mem::take(&mut loaded.held_back);
         Ok(found)

@@ -4,7 +4,7 @@
 
 use crate::text::bounded::Lines;
 use crate::text::option::{JOURNAL, OUT, Opt};
-use serde::{Serialize, de::DeserializeOwned};
+use serde::{Serialize, de::DeserializeOwned, de::IgnoredAny};
 use serde_json::json;
 use std::collections::BTreeMap;
 use std::fs::{File, TryLockError};
@@ -42,10 +42,13 @@ pub enum JournalError {
     )]
     Other(String),
     #[error("{0}: expected a journal, a JSON object per line, found another file; give another {JOURNAL}")]
-    No(String),
+    Foreign(String),
     #[error("{path}:{line}: not a calibration of this fleet: {reason}; remove the line, and it is calibrated again")]
     Broken { path: String, line: usize, reason: String },
 }
+
+/// The beginning of every line of a journal without a key.
+const KEYLESS: &[u8] = b"{\"program\":";
 
 /// Reads a line: the entry, `None` for a line to be skipped, or why it cannot be an entry.
 type Read<'a, E> = dyn Fn(&[u8]) -> Result<Option<E>, String> + 'a;
@@ -65,23 +68,30 @@ impl<E: Entry> Journal<E> {
             return Err(JournalError::Busy { path: shown(), option });
         }
         let head = key.map(|key| json!({ "schema_version": SCHEMA_VERSION, "key": key }).to_string());
-        let (mut whole, mut entries, mut number) = (0, BTreeMap::new(), 0);
+        let (mut whole, mut entries, mut number, mut is_unended) = (0, BTreeMap::new(), 0, false);
         let mut lines = BufReader::new(Lines::new(&file));
         loop {
             let mut line = Vec::new();
             lines.read_until(b'\n', &mut line).map_err(io("read"))?;
             // After a power failure a file may have zeros in place of missing bytes; the units after them are done again.
             let arrived = line.iter().position(|byte| *byte == 0);
-            if arrived.is_some() || line.pop_if(|last| *last == b'\n').is_none() {
-                // What does not begin like a line of a journal is not removed.
+            let is_ended = line.pop_if(|last| *last == b'\n').is_some();
+            // A line may be whole without its end: editors remove the last one.
+            let is_whole = is_ended || serde_json::from_slice::<IgnoredAny>(&line).is_ok();
+            if arrived.is_some() || !is_whole {
+                // A rest that does not begin like a line of a journal stays.
                 let begun = &line[..arrived.unwrap_or(line.len())];
+                let is_own = |start: &[u8]| start.starts_with(begun) || begun.starts_with(start);
                 match &head {
                     Some(head) if number == 0 && !head.as_bytes().starts_with(begun) => {
                         return Err(JournalError::Other(shown()));
                     }
-                    None if begun.first().is_some_and(|byte| *byte != b'{') => return Err(JournalError::No(shown())),
+                    None if !is_own(KEYLESS) => return Err(JournalError::Foreign(shown())),
                     _ => break,
                 }
+            }
+            if head.is_none() && !line.starts_with(KEYLESS) {
+                return Err(JournalError::Foreign(shown()));
             }
             number += 1;
             if let (1, Some(head)) = (number, &head) {
@@ -92,10 +102,16 @@ impl<E: Entry> Journal<E> {
                 let broken = |reason| JournalError::Broken { path: shown(), line: number, reason };
                 entries.extend(read(&line).map_err(broken)?.map(|entry| (entry.key().clone(), entry)));
             }
-            whole += line.len() as u64 + 1;
+            whole += line.len() as u64 + u64::from(is_ended);
+            is_unended = !is_ended;
         }
-        file.set_len(whole).map_err(io("repair"))?;
+        if whole != file.metadata().map_err(io("read"))?.len() {
+            file.set_len(whole).map_err(io("repair"))?;
+        }
         let mut journal = Journal { file: Some((path.to_owned(), file)), entries };
+        if is_unended {
+            journal.write("")?;
+        }
         if let (0, Some(head)) = (number, &head) {
             journal.write(head)?;
         }

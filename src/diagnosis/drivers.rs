@@ -2,7 +2,7 @@
 
 use crate::diagnose::{DiagnoseError, Effort, Progress, Verdict};
 use crate::race::{Answer, Delivered, Policy, Request, combine, race};
-use crate::result::diagnosis::{FleetEntry, LeftOverEntry, ModelEntry, Outcome, ShareEntry};
+use crate::result::diagnosis::{FleetEntry, ModelEntry, Outcome, ShareEntry};
 use std::ops::ControlFlow;
 
 /// Diagnoses the drives of a request, whose unit is the driver. The entries on files are the caller's.
@@ -33,7 +33,10 @@ pub fn of_fleet(
             let base = request.base;
             (
                 Verdict::Unexplained,
-                format!("{} without causes follows left-out drivers better than {base} with any cause", law.name),
+                format!(
+                    "{} without causes predicts left-out drivers better over 2 and 15 s than {base} with any cause",
+                    law.name
+                ),
             )
         }
         (None, None) => {
@@ -44,7 +47,6 @@ pub fn of_fleet(
         verdict,
         reason,
         base_held_back: answer.left_out(),
-        left_over: answer.other_law().map(LeftOverEntry::law).into_iter().collect(),
         not_tried: answer.untried(request),
         base: answer.base().and_then(entry),
         extended: answer.extended().and_then(entry),

@@ -45,6 +45,10 @@ fn rows_come_back_and_a_cut_line_is_dropped() {
     let known = |path: &Path| rows_of(&open(path, "k").expect("whole"));
     assert_eq!(known(&path), rows);
     let text = std::fs::read(&path).expect("there");
+    // An editor removes the end of the last line.
+    std::fs::write(&path, &text[..text.len() - 1]).expect("room");
+    assert_eq!(known(&path), rows);
+    assert_eq!(std::fs::read(&path).expect("there"), text);
     std::fs::write(&path, &text[..text.len() - 5]).expect("room");
     assert_eq!(known(&path), rows[..3]);
     add(&path, &rows[3..]);

@@ -198,6 +198,17 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
                  --grade a/long/way/to/Slope.csv --lead-start 12.5 --out out\n";
     let (_, rest) = said.split_once("To calibrate").expect("a way on");
     assert!(format!("To calibrate{rest}").starts_with(typed), "{rest}");
+    // Of many files, those with faults come first.
+    let fault = serde_json::json!({"name": "inconsistent", "car": "both", "signal": "gap", "value": 62.0, "unit": "m", "interval": null,
+        "file": "9.csv", "when_s": [], "sentence": "the gap jumps", "correction": null});
+    let many = Outcome {
+        data: (0..10).map(|k| serde_json::from_value(data(&format!("{k}.csv"), "train")).expect("an entry")).collect(),
+        data_findings: vec![serde_json::from_value(fault).expect("a finding")],
+        ..outcome.clone()
+    };
+    let said = diagnosis(&many, &Beside::default());
+    assert!(said.contains("9.csv [train]") && said.contains("INCONSISTENT: the gap jumps"), "{said}");
+    assert!(said.contains("Files not listed: 2, with faults: 0\n") && !said.contains("8.csv [train]"), "{said}");
     // Separate files are held back, so no file is cut.
     let said = diagnosis(&outcome, &Beside::default());
     assert!(said.contains("a.csv [train] follower 1, 0.0 to 120.0 s\n") && !said.contains("To calibrate"), "{said}");

@@ -6,6 +6,7 @@ use leadlag::internal::bench::{DiagnosisTask, planted};
 use leadlag::internal::calibrate::Overrides;
 use leadlag::internal::diagnose::Drive;
 use leadlag::internal::diagnose::drive::drivers::different_drivers;
+use leadlag::internal::trajectory::{Note, different_names};
 
 /// Three drives of a driver, each behind a leader that cruises, is restless, or stops and goes.
 fn drives(base: &str, seed: u64) -> Vec<Drive> {
@@ -30,19 +31,29 @@ fn one_driver_is_not_called_two_and_most_mixtures_are_noticed() {
     assert!(noticed >= 14, "{noticed} of 16");
 }
 
-/// Measured cars with adaptive cruise control follow so alike that their errors do not tell them apart; names in the files do.
+/// Measured cars with adaptive cruise control follow so alike that their errors do not tell them apart; names in the data do.
 #[test]
-fn files_that_name_two_followers_are_not_one_driver() {
+fn data_that_name_two_followers_are_not_of_one_driver() {
     let mut drives = drives("idm", 7300);
-    let mut found = |names: [&str; 2]| {
-        drives.iter_mut().zip(names).for_each(|(drive, name)| name.clone_into(&mut drive.trajectory.name));
-        let both: Vec<&Drive> = drives[..2].iter().collect();
-        different_drivers(&both, "idm".parse().expect("a base"), &Overrides::new(), 1).expect("it runs")
+    let mut found = |names: [&str; 2], modes: [Option<&str>; 2]| {
+        for (drive, (name, mode)) in drives.iter_mut().zip(names.into_iter().zip(modes)) {
+            let trajectory = &mut drive.trajectory;
+            name.clone_into(&mut trajectory.name);
+            trajectory.notes.retain(|note| !matches!(note, Note::DriverMode { .. }));
+            let mode = mode.map(|mode| Note::DriverMode { car: 2, t_s: 0.0, mode: mode.to_owned() });
+            trajectory.notes.extend(mode);
+        }
+        different_names(&drives[..2].iter().map(|drive| &drive.trajectory).collect::<Vec<_>>())
     };
-    for alike in [["Audi(A6)"; 2], ["car 2", "car 3"], ["", "Audi(A6)"]] {
-        assert_eq!(found(alike), None, "{alike:?}");
+    let unknown = [None, None];
+    for alike in [["Audi(A6)"; 2], ["car 2", "car 3"], ["vehicle 7", "8"], ["follower", "Audi(A6)"], ["", "Audi(A6)"]] {
+        assert_eq!(found(alike, unknown), None, "{alike:?}");
     }
-    let different = found(["Tesla(Model3)", "Audi(A6)"]).expect("two names");
-    assert!(different.sentence.starts_with("the files name 2 followers: Audi(A6) in "), "{}", different.sentence);
-    assert!(different.sentence.ends_with("; --follower NAME selects one"), "{}", different.sentence);
+    for modes in [[Some("ACC"), None], [Some("ACC"), Some("ACC")]] {
+        assert_eq!(found(["Audi(A6)"; 2], modes), None, "{modes:?}");
+    }
+    let (count, told) = found(["Tesla(Model3)", "Audi(A6)"], unknown).expect("two names");
+    assert!(count == 2 && told.starts_with("the data name 2 followers, such as Audi(A6) in "), "{told}");
+    let (count, told) = found(["Audi(A6)"; 2], [Some("Human"), Some("ACC")]).expect("two drivers");
+    assert!(count == 2 && told.starts_with("the data name 2 drivers, such as ACC in "), "{told}");
 }

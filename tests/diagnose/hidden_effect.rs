@@ -331,6 +331,7 @@ fn a_model_that_only_the_race_finds_leaves_less_missing_acceleration() {
     let question =
         Question { train: &drives, holdout: &[], base, effort: Effort::Quick, seed: 1, causes: &[], bounds: &bounds };
     let inference = infer(&question, &mut |_| ControlFlow::Continue(())).expect("can be run");
+    assert!(inference.named().is_empty());
     let outcome = describe(&question, inference, &answer, None).expect("can be run").outcome;
     let [base, left] = [&outcome.missing, &outcome.missing_left].map(|m| m.as_ref().expect("known").rms);
     let of_text = outcome.left_over.iter().find(|left| left.kind == "missing_acceleration").expect("left");

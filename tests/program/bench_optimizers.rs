@@ -82,10 +82,20 @@ fn a_journal_in_use_and_a_file_of_another_kind_are_refused() {
     let refused = |path: &Path| OptimizerOutcome::journal(path).expect_err("refused").to_string();
     assert!(refused(&path).ends_with("another run works on it; wait for it, or give another --journal"));
     drop(held);
-    let notes = folder.path().join("notes.txt");
-    std::fs::write(&notes, "first line\nsecond line").expect("written");
-    assert!(refused(&notes).contains("expected a journal, a JSON object per line, found another file"));
-    assert_eq!(std::fs::read_to_string(&notes).expect("there"), "first line\nsecond line");
+    let other = folder.path().join("other");
+    let files: [&[u8]; 5] = [
+        b"first line\nsecond line",
+        b"notes\n",
+        b"{\"a\":1}",
+        b"{\n  \"a\": 1\n}\n",
+        b"\x89PNG\r\n\x1a\n\0\0\0\x0dIHDR",
+    ];
+    for bytes in files {
+        std::fs::write(&other, bytes).expect("written");
+        let said = refused(&other);
+        assert!(said.contains("expected a journal, a JSON object per line, found another file"), "{bytes:?}: {said}");
+        assert_eq!(std::fs::read(&other).expect("there"), bytes);
+    }
 }
 
 /// The fifth state of the search gives the same results as the sixth with the default optimiser on these surfaces.

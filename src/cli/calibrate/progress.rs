@@ -23,7 +23,12 @@ impl Bar {
 
     /// Shows the progress of the search; breaks after Ctrl-C.
     pub fn update(&mut self, progress: Progress) -> ControlFlow<()> {
-        self.evaluations[progress.replicate as usize] = progress.evaluations;
+        let own = &mut self.evaluations[progress.replicate as usize];
+        // Fewer than before: another search began, as that of a fold, and its scores are others.
+        if progress.evaluations < *own {
+            self.best = None;
+        }
+        *own = progress.evaluations;
         self.best = self.best.into_iter().chain(progress.best).reduce(f64::min);
         let best = self.best.map_or("no feasible candidate yet".to_owned(), |b| format!("best {b:.6}"));
         let message = match self.evaluations.len() {

@@ -25,6 +25,8 @@ pub use prepare::{Preparation, Reconcile, Stretch, prepare, prepare_platoon};
 pub use soundness::{Finding, FindingKind, Remedy};
 pub use treatment::Treatment;
 
+use std::collections::BTreeMap;
+
 /// Source of data: enough to find the file again and to notice a change.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct Source {
@@ -305,28 +307,22 @@ impl Trajectory {
     }
 }
 
-/// The followers that the files of these trajectories name, if they differ in name or in driver (`ACC`, `Human`). A file without names
-/// numbers its cars, which says nothing. Their number, and the message.
+/// The message if the data name different followers, or different drivers (`ACC`, `Human`), and their number. Placeholders and unknown drivers
+/// say nothing.
 #[must_use]
 pub fn different_names(trajectories: &[&Trajectory]) -> Option<(usize, String)> {
-    let is_number = |name: &str| name.strip_prefix("car ").is_some_and(|number| number.parse::<usize>().is_ok());
-    let named = trajectories.iter().filter(|one| !one.name.is_empty() && !is_number(&one.name));
-    let mut all: Vec<(String, &str)> = named
-        .map(|one| {
-            (one.driver().map_or(one.name.clone(), |driver| format!("{}, {driver},", one.name)), &*one.source.path)
-        })
-        .collect();
-    all.sort_by(|a, b| a.0.cmp(&b.0));
-    all.dedup_by(|a, b| a.0 == b.0);
-    let [(one, first), (other, second), ..] = all.as_slice() else { return None };
-    let count = all.len();
-    Some((
-        count,
-        format!(
-            "the files name {count} followers: {one} in {first}, {other} in {second}{}",
-            if count > 2 { ", ..." } else { "" }
-        ),
-    ))
+    let names = |one: &Trajectory| Some(one.name.clone()).filter(|name| !name.is_empty() && !is_nameless(name));
+    let drivers = |one: &Trajectory| one.driver().map(str::to_owned);
+    let differ = |what: &str, of: &dyn Fn(&Trajectory) -> Option<String>| {
+        let mut all: BTreeMap<String, &str> = BTreeMap::new();
+        trajectories.iter().filter_map(|one| Some((of(one)?, one))).for_each(|(name, one)| {
+            all.entry(name).or_insert(&one.source.path);
+        });
+        let (count, shown) = (all.len(), all.iter().take(2).map(|(name, path)| format!("{name} in {path}")));
+        let shown = shown.collect::<Vec<_>>().join(", ");
+        (count > 1).then(|| (count, format!("the data name {count} {what}, such as {shown}; diagnose each separately")))
+    };
+    differ("followers", &names).or_else(|| differ("drivers", &drivers))
 }
 
 /// Positions that follow from speeds by the ballistic scheme, Eq. 1 \[m\].

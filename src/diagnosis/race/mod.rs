@@ -134,12 +134,13 @@ impl Answer {
         self.winner.map_or(&[], |k| &self.entries[k].causes)
     }
 
-    /// Another law that follows the drives better than the base with any cause: the confidence set consists of other laws.
+    /// Another law that predicts the drives better than the base with any cause: the confidence set consists of other laws. Of several, the
+    /// one that gains most over whole drives.
     #[must_use]
     pub fn other_law(&self) -> Option<&LawEntry> {
         let law = |model: &Vec<String>| self.laws.iter().find(|law| *model == [law.name.as_str()]);
-        let first = law(self.set.first()?)?;
-        self.set.iter().all(|model| law(model).is_some()).then_some(first)
+        let laws: Option<Vec<&LawEntry>> = self.set.iter().map(law).collect();
+        laws?.into_iter().max_by(|a, b| a.gain.total_cmp(&b.gain))
     }
 }
 

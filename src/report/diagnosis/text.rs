@@ -96,8 +96,16 @@ fn heading(text: &mut String, title: &str) {
 pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]]) -> String {
     let mut text = "1. Are the data sound?\n".to_owned();
     let notes: Vec<Vec<String>> = data.iter().map(|entry| notes(entry, findings)).collect();
-    let is_shared = |note: &&String| data.len() > 1 && notes.iter().all(|other| other.contains(note));
-    for (i, (entry, own)) in data.iter().zip(&notes).enumerate().take(FILES) {
+    let of_all = |note: &&String| data.len() > 1 && notes.iter().all(|other| other.contains(note));
+    let shared: Vec<&String> = notes.first().into_iter().flatten().filter(of_all).collect();
+    let has_fault =
+        |entry: &DataEntry| entry.units.is_some() || findings.iter().any(|f| f.is_of(entry) && !f.is_minor());
+    let mut listed: Vec<usize> = (0..data.len()).collect();
+    if data.len() > FILES {
+        listed.sort_by_cached_key(|&i| !has_fault(&data[i]));
+    }
+    for &i in listed.iter().take(FILES) {
+        let (entry, own) = (&data[i], &notes[i]);
         let [from, to] = entry.window_s;
         let held_back = trained.get(i).map_or(String::new(), |[_, until]| format!(", held back from {until:.1} s"));
         let mut line = format!("{} [{}]", entry.path, entry.role);
@@ -109,13 +117,12 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
             line += &format!("; spacing and speeds agree within {} m/s (rms over 1 s)", small(rms));
         }
         text.push_str(&wrapped(0, 2, &line));
-        own.iter().filter(|note| !is_shared(note)).for_each(|note| text.push_str(&wrapped(2, 4, note)));
+        own.iter().filter(|note| !shared.contains(note)).for_each(|note| text.push_str(&wrapped(2, 4, note)));
     }
-    if let Some(more) = notes.get(FILES..).filter(|more| !more.is_empty()) {
-        let noted = more.iter().filter(|own| !own.iter().all(|note| is_shared(&note))).count();
-        text.push_str(&format!("{} more files, {noted} of them with notes, are in diagnosis.json.\n", more.len()));
+    if let Some(more) = listed.get(FILES..).filter(|more| !more.is_empty()) {
+        let faulty = more.iter().filter(|&&i| has_fault(&data[i])).count();
+        text.push_str(&format!("Files not listed: {}, with faults: {faulty}\n", more.len()));
     }
-    let shared: Vec<&String> = notes.first().into_iter().flatten().filter(is_shared).collect();
     if !shared.is_empty() {
         text.push_str("All drives:\n");
         shared.iter().for_each(|note| text.push_str(&wrapped(2, 4, note)));
@@ -215,14 +222,14 @@ fn held_back(text: &mut String, drives: &[HeldBackEntry]) -> std::fmt::Result {
         let base = drive.rms.zip(drive.nrmse_sva);
         let more = drive.recommended.map(|errors| (errors.rms, errors.nrmse_sva));
         let numbers = |(rms, nrmse): ([f64; 3], f64)| [rms[0], rms[1], rms[2], nrmse].map(|x| format!("{x:.3}"));
-        let (base, more) = (base.map_or(["NaN"; 4].map(str::to_owned), numbers), more.map(numbers));
-        let cell = |k: usize| match &more {
-            Some(more) => format!("{:>CELL$}", format!("{} {}", base[k], more[k])),
-            None => format!("{:>CELL$}", base[k]),
+        let [base, more] = [base, more].map(|errors| errors.map_or(["NaN"; 4].map(str::to_owned), numbers));
+        let cell = |k: usize| match both {
+            true => format!("{:>CELL$}", format!("{} {}", base[k], more[k])),
+            false => format!("{:>CELL$}", base[k]),
         };
         writeln!(text, "{:<NAME$}{}", end(&drive.label, NAME - 1), (0..4).map(cell).collect::<String>())?;
     }
-    if drives.iter().any(|drive| drive.rms.is_none()) {
+    if drives.iter().any(|drive| drive.rms.is_none() || (both && drive.recommended.is_none())) {
         text.push_str("NaN: the simulation ends early.\n");
     }
     Ok(())

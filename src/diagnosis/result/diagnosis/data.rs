@@ -2,7 +2,7 @@
 
 use crate::diagnose::data::{Finding, FindingKind, Soundness};
 use crate::diagnose::drive::drivers::{DIFFERENT, Different};
-use crate::trajectory::Trajectory;
+use crate::trajectory::{Trajectory, different_names};
 use serde::{Deserialize, Serialize};
 
 /// A fault of the data.
@@ -59,13 +59,22 @@ impl FindingEntry {
             name: DIFFERENT.to_owned(),
             car: "follower".to_owned(),
             signal: "gap".to_owned(),
-            value: found.size,
-            unit: found.unit.to_owned(),
+            value: found.ratio,
+            unit: "times".to_owned(),
             file: found.file,
             matters: true,
             sentence: found.sentence,
             ..FindingEntry::default()
         }
+    }
+
+    /// A finding of drives that name different followers or drivers.
+    #[must_use]
+    pub fn different_names(drives: &[&Trajectory]) -> Option<FindingEntry> {
+        let (count, sentence) = different_names(drives)?;
+        let file = drives.first().map_or(String::new(), |drive| drive.source.path.clone());
+        let found = Different { ratio: count as f64, file, sentence };
+        Some(FindingEntry { unit: "names".to_owned(), ..FindingEntry::different(found) })
     }
 
     /// True for a finding of this drive, or of its whole file.

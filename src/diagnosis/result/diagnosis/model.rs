@@ -1,6 +1,5 @@
 //! Models of a diagnosis in its file: causes, parameters and checks.
 
-use super::recommended::LawEntry;
 use crate::diagnose::search::skipped::Untried;
 use crate::diagnose::{Adopted, Estimate, Fitted, Tried};
 use crate::evaluator::CaseError;
@@ -83,15 +82,6 @@ pub struct LeftOverEntry {
     pub r#where: String,
     /// Its size; the kind gives the unit.
     pub size: f64,
-}
-
-impl LeftOverEntry {
-    /// Another law that follows the drives better.
-    #[must_use]
-    pub fn law(law: &LawEntry) -> LeftOverEntry {
-        let base = law.name.split('+').next().unwrap_or(&law.name);
-        LeftOverEntry { kind: "family".to_owned(), r#where: base.to_owned(), size: law.gain }
-    }
 }
 
 /// A cause that was tried.
