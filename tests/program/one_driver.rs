@@ -160,4 +160,19 @@ fn a_diagnosis_says_so_before_all_else() {
         assert_eq!(!said.contains("different_drivers"), is_one, "{flag}: {said}");
         assert_eq!(output.status.code() != Some(7), is_one, "{flag}: {}", stderr(&output));
     }
+    // The same driver by its errors, and two by the data.
+    let [acc, human] = [(&close, "ACC"), (&same, "Human")].map(|(path, driver)| {
+        let table = std::fs::read_to_string(path).expect("written");
+        let named: String = table
+            .lines()
+            .enumerate()
+            .fold(String::new(), |all, (i, line)| all + line + "," + if i == 0 { "driver" } else { driver } + "\n");
+        let path = folder.join(format!("{driver}.csv"));
+        std::fs::write(&path, named).expect("room");
+        path
+    });
+    let said = ok(&["diagnose", text(&acc), text(&human), "--base", "idm", "--effort", "quick"]);
+    let flat = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    assert!(flat.contains("DIFFERENT_DRIVERS: the data name 2 drivers, such as ACC in "), "{said}");
+    assert!(said.lines().all(|line| line.chars().count() <= 80 || line.contains('/')), "{said}");
 }

@@ -1,8 +1,9 @@
+#!/usr/bin/env python3
 """Rates of right and of false names in made-up fleets.
 
-    python3 benches/fleets.py PROGRAM FOLDER [silent|effect [FIRST LAST]]
+    fleets.py LEADLAG FOLDER [silent|effect [FIRST LAST]]
 
-PROGRAM is the leadlag binary; tables and results go to FOLDER, and results that are there are kept. The drivers follow the linear law or IDM for 30 s behind
+Tables and results go to FOLDER, and results that are there are kept. The drivers follow the linear law or IDM for 30 s behind
 a car that changes its speed; their parameters are log-normal with a standard deviation of a quarter, and they have sensor noise and an acceleration of
 0.15 m/s² that lasts 1.5 s. `silent`: 60 drivers without an effect. `effect`: 200 drivers, of whom 30 % accelerate with a lag of 0.8 s.
 """
@@ -14,17 +15,10 @@ import random
 import subprocess
 import sys
 
+from common import MAP
+
 STEP, EVERY, SECONDS = 0.02, 5, 30.0
 LAG_S, SHARE = 0.8, 0.3
-MAP = """title = "pairs"
-rows = "pairs"
-[columns]
-group = { name = "event" }
-time = { name = "time_s", unit = "s" }
-speed = { name = "speed_mps", unit = "m/s" }
-lead_speed = { name = "lead_speed_mps", unit = "m/s" }
-gap = { name = "spacing_m", unit = "m" }
-"""
 LAWS = {"linear": "l-cth", "idm": "idm"}
 
 
@@ -75,7 +69,7 @@ def fleet(path, law, seed, drivers, share):
             made += rows is not None
 
 
-def main(program, folder, kinds, seeds):
+def main(leadlag, folder, kinds, seeds):
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "map.toml").write_text(MAP)
@@ -90,7 +84,7 @@ def main(program, folder, kinds, seeds):
                 table = out.with_suffix(".csv")
                 if not (out / "diagnosis.json").exists():
                     fleet(table, law, seed, drivers, share)
-                    command = [program, "diagnose", table, "--columns", folder / "map.toml", "--all", "--base", base]
+                    command = [leadlag, "diagnose", table, "--columns", folder / "map.toml", "--all", "--base", base]
                     more = ["--bounds", "human", "--effort", "quick", "--quiet", "--out", out]
                     subprocess.run([*command, *more], check=True, stdout=subprocess.DEVNULL)
                 found = json.loads((out / "diagnosis.json").read_text())
