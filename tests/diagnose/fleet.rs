@@ -30,6 +30,7 @@ fn an_effect_of_many_drivers_is_named_with_their_share() {
     let outcome = diagnosed("lag", &table(80, SPREAD, 32, 11).0);
     let families: Vec<&str> = outcome.causes.iter().map(|cause| cause.family.as_str()).collect();
     assert_eq!(families, ["phase"], "{} {:?}", outcome.reason, outcome.closed_loop.trials);
+    assert!(outcome.closed_loop.reaction.expect("judged").interval[0] > 0.3, "they react to the car ahead");
     let fleet = outcome.fleet.expect("a fleet");
     assert_eq!((fleet.drivers, fleet.drives, fleet.unusable.len()), (80, 80, 0));
     let share = fleet.share.expect("a name has a share");
@@ -47,6 +48,39 @@ fn drivers_who_differ_have_no_cause() {
     // With common settings only, it is 0.15.
     assert!(gain < 0.08, "a dead zone gains {gain} although no driver has one");
     assert!(outcome.recommended.is_none() && outcome.fleet.expect("a fleet").share.is_none());
+}
+
+/// The same drivers, each behind the car ahead of the next one, at a spacing of 2 m and more.
+fn behind_others(table: &str) -> String {
+    let (head, rows) = table.split_once('\n').expect("a table");
+    let mut drives: Vec<Vec<[f64; 3]>> = Vec::new();
+    let rows: Vec<Vec<&str>> = rows.lines().map(|row| row.split(',').collect()).collect();
+    for rows in rows.chunk_by(|a, b| a[0] == b[0]) {
+        let number = |text: &str| text.parse::<f64>().expect("a number");
+        drives.push(rows.iter().map(|row| [number(row[1]), number(row[3]), number(row[4])]).collect());
+    }
+    let mut text = format!("{head}\n");
+    for (k, own) in drives.iter().enumerate() {
+        let ahead = &drives[(k + 1) % drives.len()];
+        let samples = own.len().min(ahead.len());
+        let mut spacing = vec![0.0; samples];
+        for t in 1..samples {
+            let rate = |t: usize| ahead[t][2] - own[t][1];
+            spacing[t] = spacing[t - 1] + 0.5 * (rate(t - 1) + rate(t)) * (own[t][0] - own[t - 1][0]);
+        }
+        let least = spacing.iter().copied().fold(f64::INFINITY, f64::min);
+        for ((own, ahead), s) in own.iter().zip(ahead).zip(spacing) {
+            text += &format!("{k},{:.1},{:.3},{},{}\n", own[0], s - least + 2.0, own[1], ahead[2]);
+        }
+    }
+    text
+}
+
+#[test]
+fn nothing_is_named_behind_the_car_ahead_of_another_driver() {
+    let outcome = diagnosed("another", &behind_others(&table(40, SPREAD, 16, 16).0));
+    assert_eq!(outcome.verdict, Verdict::NotTestable, "{:?}", outcome.closed_loop);
+    assert!(outcome.causes.is_empty() && outcome.reason.contains("check which car is ahead"), "{}", outcome.reason);
 }
 
 /// Drivers of another law: no cause of this one follows them as well.

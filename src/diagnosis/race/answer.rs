@@ -136,6 +136,12 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
         outcome.verdict = Verdict::Unexplained;
         outcome.reason = "the base model is unsuitable for finding causes; see the notes on it".to_owned();
     }
+    if let Some(why) = answer.tried.not_testable.as_ref().filter(|_| !answer.reacts()) {
+        outcome.verdict = Verdict::NotTestable;
+        outcome.reason.clone_from(why);
+        outcome.causes.clear();
+        outcome.confounded_with.clear();
+    }
     let is_named = |outcome: &Outcome| matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous);
     if let Some(named) = answer.named.as_ref().filter(|_| !is_named(outcome)) {
         add_names(outcome, answer, named);

@@ -21,6 +21,18 @@ pub struct Gain {
     pub t: f64,
 }
 
+impl Gain {
+    /// From the gains bin by bin and the mean loss of the reference.
+    pub(super) fn of(horizon: Horizon, gains: &[f64], loss: f64, resamples: &Resamples, policy: &Policy) -> Gain {
+        let error = resamples.deviation(gains);
+        Gain {
+            share: as_share(horizon, mean(gains), loss),
+            interval: resamples.interval(gains, policy.interval).map(|gain| as_share(horizon, gain, loss)),
+            t: if error > 0.0 { mean(gains) / error } else { 0.0 },
+        }
+    }
+}
+
 /// A model against the reference.
 #[derive(Debug, Clone)]
 pub struct Evidence {
@@ -137,13 +149,7 @@ pub fn table(
     let one = |k: usize| {
         let gain = |h: usize| {
             let (row, horizon) = (&gains[k][h], Horizon::ALL[h]);
-            let loss = mean(&reference[h]);
-            let error = resamples.deviation(row);
-            Gain {
-                share: as_share(horizon, mean(row), loss),
-                interval: resamples.interval(row, policy.interval).map(|gain| as_share(horizon, gain, loss)),
-                t: if error > 0.0 { mean(row) / error } else { 0.0 },
-            }
+            Gain::of(horizon, row, mean(&reference[h]), resamples, policy)
         };
         Evidence { gains: std::array::from_fn(gain), t: adjusted[k].t, p: adjusted[k].p, in_set: sets[0].models[k] }
     };

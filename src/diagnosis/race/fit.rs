@@ -248,27 +248,44 @@ impl Field {
     pub fn law(&self, variant: Variant, watching: &Watching<'_>) -> Result<Entry, DiagnoseError> {
         let led = extension_named(LEAD).and_then(|lead| variant.with(lead).ok());
         let model = self.model(led.unwrap_or(variant))?;
-        let random = |i: usize| {
-            let mut rng = stream(self.seed, 0, 0, i as u64);
-            model.axes.iter().map(|_| 0.02 + 0.96 * rng.random::<f64>()).collect::<Vec<f64>>()
-        };
-        let mut random: Vec<Vec<f64>> = (0..RANDOM).map(random).collect();
         let (mut fits, mut leading): (Vec<Option<Fit>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
         for horizon in Horizon::ALL {
             let surface = self.surface(&model, &self.all, horizon);
-            let mut starts = leading.clone();
-            if leading.is_empty() {
-                let textbook = |place: &Vec<f64>| {
-                    surface.place(&with_textbook_values(&model, &surface.values(place), self.fastest))
-                };
-                random.extend(random.iter().take(RANDOM / 2).map(textbook).collect::<Vec<_>>());
-                starts.extend(lowest(&surface, std::mem::take(&mut random), SEARCHED)?);
-            }
+            let starts = if leading.is_empty() { self.starts(&surface)? } else { leading.clone() };
             let walkers = Self::search(&surface, starts, OF_LAW, watching)?;
             leading.extend(walkers.iter().take(LEADING).map(|walker| walker.place.clone()));
             fits.push(walkers.first().map(|walker| self.fit(&surface, walker)).transpose()?);
         }
         Ok(self.entry(Vec::new(), model, fits))
+    }
+
+    /// The best of random candidates and of those with textbook values; none if all fail.
+    fn starts(&self, surface: &Surface<'_>) -> Result<Vec<Vec<f64>>, DiagnoseError> {
+        let random = |i: usize| {
+            let mut rng = stream(self.seed, 0, 0, i as u64);
+            surface.model.axes.iter().map(|_| 0.02 + 0.96 * rng.random::<f64>()).collect::<Vec<f64>>()
+        };
+        let mut all: Vec<Vec<f64>> = (0..RANDOM).map(random).collect();
+        let textbook = |place: &Vec<f64>| {
+            surface.place(&with_textbook_values(surface.model, &surface.values(place), self.fastest))
+        };
+        all.extend(all.iter().take(RANDOM / 2).map(textbook).collect::<Vec<_>>());
+        lowest(surface, all, SEARCHED)
+    }
+
+    /// Parameters without each fold of a law that was not fitted before; `None` if a fit finds none.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Evaluate`], [`DiagnoseError::Stopped`].
+    pub(super) fn fitted_without_folds(
+        &self,
+        model: &Model,
+        horizon: Horizon,
+        watching: &Watching<'_>,
+    ) -> Result<Option<Vec<Vec<f64>>>, DiagnoseError> {
+        let surface = self.surface(model, &self.all, horizon);
+        let walkers = Self::search(&surface, self.starts(&surface)?, OF_LAW, watching)?;
+        walkers.first().map_or(Ok(None), |walker| self.without_folds(model, horizon, &walker.place, watching))
     }
 
     /// Fits a model with more causes than `base` at every horizon; `None` if the drives or the law lack something that it needs. The fits
@@ -388,25 +405,56 @@ impl Field {
         from: &[f64],
         watching: &Watching<'_>,
     ) -> Result<Option<Judged>, DiagnoseError> {
+        let Some(folds) = self.without_folds(model, horizon, from, watching)? else { return Ok(None) };
+        let mut too_close = 0;
+        for (values, left_out) in folds.iter().zip(self.left_out()).filter(|_| horizon.is_whole()) {
+            let surface = self.surface(model, &left_out, horizon);
+            too_close += surface.too_close(values, &Policy::DEFAULT.least_spacing)?;
+        }
+        let held = match self.has_own_laws(horizon) {
+            true => Losses { parts: vec![None; self.all.len()] },
+            false => self.losses_left_out(model, horizon, &folds)?,
+        };
+        Ok(Some(Judged { folds, held, too_close, stops: 0, drivers: Vec::new(), mixture: None }))
+    }
+
+    /// Parameters without each fold, from those of all parts; `None` if a fit finds none.
+    fn without_folds(
+        &self,
+        model: &Model,
+        horizon: Horizon,
+        from: &[f64],
+        watching: &Watching<'_>,
+    ) -> Result<Option<Vec<Vec<f64>>>, DiagnoseError> {
         let fold = |counts: &Vec<bool>| {
             let surface = self.surface(model, counts, horizon);
             let walkers = Self::search(&surface, vec![from.to_vec()], OF_FOLD, watching)?;
             Ok(walkers.first().map(|walker| surface.values(&walker.place)))
         };
         let folds: Vec<Option<Vec<f64>>> = self.trained.par_iter().map(fold).collect::<Result<_, DiagnoseError>>()?;
-        let Some(folds) = folds.into_iter().collect::<Option<Vec<Vec<f64>>>>() else { return Ok(None) };
-        let (mut held, mut too_close) = (Losses { parts: vec![None; self.all.len()] }, 0);
-        for (k, values) in folds.iter().enumerate() {
-            let left_out: Vec<bool> = self.parts.folds.iter().map(|fold| *fold == k).collect();
-            let surface = self.surface(model, &left_out, horizon);
-            if horizon.is_whole() {
-                too_close += surface.too_close(values, &Policy::DEFAULT.least_spacing)?;
-            }
-            if !self.has_own_laws(horizon) {
-                held.take_from(surface.losses(std::slice::from_ref(values))?.remove(0));
-            }
+        Ok(folds.into_iter().collect())
+    }
+
+    /// For each fold, the parts that its fit leaves out.
+    fn left_out(&self) -> impl Iterator<Item = Vec<bool>> {
+        self.trained.iter().map(|trained| trained.iter().map(|is_trained| !is_trained).collect())
+    }
+
+    /// Losses of every part with the parameters that were fitted without its fold.
+    ///
+    /// # Errors
+    /// [`DiagnoseError::Evaluate`].
+    pub(super) fn losses_left_out(
+        &self,
+        model: &Model,
+        horizon: Horizon,
+        folds: &[Vec<f64>],
+    ) -> Result<Losses, DiagnoseError> {
+        let mut held = Losses { parts: vec![None; self.all.len()] };
+        for (values, left_out) in folds.iter().zip(self.left_out()) {
+            held.take_from(self.surface(model, &left_out, horizon).losses(std::slice::from_ref(values))?.remove(0));
         }
-        Ok(Some(Judged { folds, held, too_close, stops: 0, drivers: Vec::new(), mixture: None }))
+        Ok(held)
     }
 }
 

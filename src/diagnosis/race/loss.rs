@@ -10,7 +10,7 @@ use nalgebra::{DMatrix, DVector};
 /// Signals of a loss: spacing, speed, acceleration.
 pub const SIGNALS: usize = 3;
 /// Errors below these do not matter: 5 cm, 2 cm/s, 2 cm/s².
-const FLOOR: [f64; SIGNALS] = [0.05, 0.02, 0.02];
+pub const FLOOR: [f64; SIGNALS] = [0.05, 0.02, 0.02];
 /// Length of a bin \[s\].
 pub const BIN_S: f64 = 10.0;
 /// Start of the first bin \[s\]: after the longest delay of a base and a cause together, so that all models have the same bins.

@@ -14,6 +14,7 @@ mod not_followed;
 mod own;
 mod parts;
 mod policy;
+mod reaction;
 mod rule;
 pub mod surface;
 
@@ -36,6 +37,7 @@ use evidence::{Rows, best_over_whole_drives, held, passed_over, table, trained};
 use naming::{named, power, set, simplest};
 use not_followed::stretches;
 use rayon::prelude::*;
+use reaction::no_reaction;
 use rule::checks;
 use std::ops::ControlFlow;
 
@@ -284,9 +286,14 @@ pub fn race(
             Some(format!("{}: no parameters were found that complete the drives", request.base));
         return Ok(answer);
     }
-    watching.show(0.3, "other laws on unseen drives")?;
-    let others = judged(&mut answer, laws, &base, &watching)?;
+    answer.tried.reaction = answer.field.reaction(request, &base, &answer.resamples, policy, &watching)?;
     answer.entries.push(base);
+    if !answer.reacts() {
+        answer.tried.not_testable = Some(no_reaction(request.base));
+        return Ok(answer);
+    }
+    watching.show(0.3, "other laws on unseen drives")?;
+    let others = judged(&mut answer, laws, &watching)?;
     let mut late = Some(late);
     let mut share = 0.4;
     for _ in 0..request.rounds {
@@ -360,10 +367,9 @@ fn too_few(parts: &Parts, bins: usize, unit: Unit, policy: &Policy) -> Option<St
 fn judged(
     answer: &mut Answer,
     laws: Vec<(String, Entry)>,
-    base: &Entry,
     watching: &Watching<'_>,
 ) -> Result<Vec<(String, Rows)>, DiagnoseError> {
-    let field = &answer.field;
+    let (field, base) = (&answer.field, &answer.entries[0]);
     let judged = |(name, mut entry): (String, Entry)| {
         field.judge(&mut entry, None, watching)?;
         Ok((name, entry.simulations, held(&entry)))

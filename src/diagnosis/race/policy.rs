@@ -17,6 +17,9 @@ pub struct Policy {
     /// Smallest gain of a name at the middle horizon, as a share of the error of those who have the cause \[-\]: in gusts, a model with a delay predicts the next
     /// seconds some per cent better, because a gust lasts; over a quarter of a minute this gain vanishes.
     pub least_gain: f64,
+    /// Smallest gain of the base over the same law without a car ahead at the shortest horizon, as a share of the error of the speed \[-\]: the lower
+    /// end of its interval. Followers have 0.2 and more; behind the car ahead of another drive, 0.1 at most.
+    pub least_reaction: f64,
     /// Largest gain that `power` reports, as a share of the error \[-\]: drives that only show larger ones show nothing.
     pub most_power: f64,
     /// Largest probability of a recommendation by chance, adjusted likewise \[-\]: the other checks lower it further.
@@ -66,6 +69,7 @@ impl Policy {
         least_bins: 12,
         chance_of_a_name: 0.01,
         least_gain: 0.02,
+        least_reaction: 0.1,
         most_power: 0.5,
         chance: 0.05,
         set: 0.95,

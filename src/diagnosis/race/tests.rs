@@ -1,6 +1,6 @@
 use super::evidence::{ConfidenceSet, Rows, Table, table};
 use super::*;
-use crate::diagnose::{Effort, made_up};
+use crate::diagnose::{Effort, Verdict, made_up};
 use crate::judge::{Resamples, mean};
 use crate::result::diagnosis::Outcome;
 use crate::wgsl::extension_named;
@@ -154,15 +154,23 @@ fn a_named_model_has_a_gain() {
     answer.named = Some(Named { causes: vec![lag], rivals: vec![(lag, filter)], evidence: [5.0, 0.0], entry: 2 });
     let mut outcome = Outcome::new(Effort::Quick, 1);
     combine(&mut outcome, &answer);
-    let gain = outcome.gain.expect("it is judged");
+    let gain = outcome.gain.take().expect("it is judged");
     let [before, after] = [0, 2].map(|k| {
         let held = &answer.entries[k].whole_drives().expect("fitted").judged.as_ref().expect("judged").held;
         mean(&held.roots(&answer.entries[k].scales))
     });
-    assert_eq!((gain.base, gain.extended, outcome.recommended), (before, after, None));
+    assert_eq!((gain.base, gain.extended, outcome.recommended.take()), (before, after, None));
     assert_eq!(answer.extended().expect("it is judged").causes, [lag]);
     assert!(outcome.reason.contains("p < 0.001. Drives that would distinguish them: a leader"), "{}", outcome.reason);
     // A cause of one drive is named by the likelihood only, and the race does not judge it.
     answer.likely = vec![cause("set_speed_change")];
     assert!(answer.extended().is_none());
+    // Nor does the likelihood name anything where the car does not react to the car ahead.
+    let gain = HorizonGain { horizon_s: Some(2.0), gain: 0.2, interval: [0.05, 0.3], standard_errors: 3.0 };
+    answer.named = None;
+    answer.tried.reaction = Some(gain);
+    answer.tried.not_testable = Some(no_reaction(request.base));
+    combine(&mut outcome, &answer);
+    assert_eq!((outcome.verdict, outcome.causes, outcome.confounded_with), (Verdict::NotTestable, vec![], vec![]));
+    assert!(outcome.reason.contains("l-cth predicts"), "{}", outcome.reason);
 }

@@ -1,10 +1,10 @@
 //! One measured run, ready for diagnosis.
 
+mod ahead;
 pub mod drivers;
 pub mod road;
 pub(crate) mod smoothing;
 mod standstill;
-mod stop;
 
 use crate::calibrate::Overrides;
 use crate::catalog::Variant;

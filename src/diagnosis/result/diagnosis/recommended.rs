@@ -160,6 +160,9 @@ pub struct ClosedLoopEntry {
     pub bins: usize,
     /// Numbers of drives, or parts of them, and of folds.
     pub parts: [usize; 2],
+    /// The gain of the base over the same law without a car ahead, in the speed; `None` if it was not judged.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reaction: Option<HorizonGain>,
     /// The numbers that decide.
     pub policy: serde_json::Value,
     /// Every model that was judged; models that gain almost nothing on their training data are not.

@@ -1,6 +1,7 @@
-//! A drive in which the car ahead stops.
+//! Drives with another car ahead: one that stops, or none.
 
 use super::Drive;
+use crate::trajectory::integrate;
 
 /// Deceleration of the car ahead \[m/s²\]: that of an ordinary stop, within what every ACC has to follow (at least 3.5 m/s², ISO 15622).
 const BRAKING: f64 = 2.0;
@@ -8,8 +9,24 @@ const BRAKING: f64 = 2.0;
 const BEFORE_S: f64 = 60.0;
 /// Time for which it stands \[s\]: the car behind it has stopped by then, even with weak control gains.
 const STANDING_S: f64 = 60.0;
+/// Distance of a car ahead that no law reacts to \[m\].
+const AWAY_M: f64 = 1e4;
 
 impl Drive {
+    /// This drive without a car ahead: it is far away, at the follower's speed.
+    #[must_use]
+    pub fn alone(&self) -> Drive {
+        let mut drive = self.clone();
+        let own = &mut drive.trajectory;
+        own.v_l.clone_from(&own.v_f);
+        own.x_l = integrate(own.x_l[0] + AWAY_M, &own.v_l, own.dt);
+        let spacing = own.s[0] + AWAY_M;
+        own.s.fill(spacing);
+        own.x_f = own.x_l.iter().zip(&own.s).map(|(x_l, s)| x_l - s).collect();
+        drive.v_l_measured.clone_from(&own.v_l);
+        drive
+    }
+
     /// This drive up to its highest speed; then the car ahead, and the one in front of it, brake to a standstill. The follower's measured
     /// state stays as it was.
     #[must_use]
