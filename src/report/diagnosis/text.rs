@@ -2,7 +2,7 @@
 
 use super::causes;
 use super::causes::{AT_BOUND, MEND_FIRST};
-use super::short::{fleet_in_words, in_short, unconfirmed};
+use super::short::{fleet_in_words, in_short};
 use crate::diagnose::describe::error_breakdown::{Budget, Share};
 use crate::diagnose::describe::missing::{PLACE, Profile, Profiles};
 use crate::report::text::wrapped;
@@ -72,9 +72,6 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     heading(text, "4. The model with it");
     models(text, outcome, beside.again.as_ref())?;
     heading(text, "5. The gain on unseen drives");
-    if let Some(gain) = &outcome.gain {
-        text.push_str(&wrapped(0, 2, &unconfirmed(gain)));
-    }
     held_back(text, &outcome.base_held_back)?;
     heading(text, "6. What is left");
     left(text, outcome);
@@ -113,15 +110,15 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
         line += &if entry.name.is_empty() { String::new() } else { format!(", {}", entry.name) };
         line += &entry.trajectory.as_ref().map_or_else(String::new, |id| format!(", trajectory {id}"));
         line += &format!(", {from:.1} to {to:.1} s{held_back}");
-        if let Some(rms) = entry.gap_rate_rms_mps {
-            line += &format!("; spacing and speeds agree within {} m/s (rms over 1 s)", small(rms));
-        }
         text.push_str(&wrapped(0, 2, &line));
         own.iter().filter(|note| !shared.contains(note)).for_each(|note| text.push_str(&wrapped(2, 4, note)));
     }
     if let Some(more) = listed.get(FILES..).filter(|more| !more.is_empty()) {
         let faulty = more.iter().filter(|&&i| has_fault(&data[i])).count();
         text.push_str(&format!("Files not listed: {}, with faults: {faulty}\n", more.len()));
+    }
+    if let Some(rms) = data.iter().filter_map(|entry| entry.gap_rate_rms_mps).max_by(f64::total_cmp) {
+        text.push_str(&format!("Spacing and speeds agree within {} m/s (rms over 1 s).\n", small(rms)));
     }
     if !shared.is_empty() {
         text.push_str("All drives:\n");
