@@ -17,7 +17,6 @@ pub struct Machine {
 
 impl Machine {
     /// This machine, now.
-    #[must_use]
     pub fn here() -> Machine {
         let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let model = cpuinfo.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));

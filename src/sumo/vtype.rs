@@ -26,13 +26,11 @@ pub enum Model {
 impl Model {
     /// `--step-method.ballistic` for models of SUMO with the equations of leadlag: positions by the mean speed of a step, as in Eq. 1. With
     /// it, SUMO's Krauss has another safe speed.
-    #[must_use]
     pub fn ballistic(self) -> &'static str {
         if self == Model::Krauss { "false" } else { "true" }
     }
 }
 
-/// A vehicle type.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VehicleType {
     /// The model that is used.
@@ -55,10 +53,7 @@ const DEFAULT_STEP_S: f64 = 1.0;
 /// `collisionAvoidanceOverride` of ACC \[m/s\]: so large that its safe speed never replaces the control law.
 const NEVER: f64 = 1000.0;
 
-/// The vehicle type nearest to a calibrated variant.
-///
-/// # Errors
-/// [`SumoError::NoCounterpart`] if SUMO has no such model.
+/// The vehicle type nearest to a calibrated variant. Fails if SUMO has no such model.
 pub fn export(calibrated: &CalibratedVariant, asked: Option<Model>) -> Result<VehicleType, SumoError> {
     let variant = &calibrated.variant;
     let base = variant.base.name;
@@ -262,7 +257,6 @@ impl VehicleType {
     }
 
     /// An additional file of SUMO with this one type; `about` gives its origin in a comment.
-    #[must_use]
     pub fn to_xml(&self, id: &str, about: &str) -> String {
         let mut xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned();
         let _ = writeln!(xml, "<!-- {} -->", comment(about));
@@ -295,7 +289,6 @@ pub struct Distribution {
 
 impl Distribution {
     /// Sentences about all types: missing parts and additional effects.
-    #[must_use]
     pub fn common(&self) -> Vec<(&'static str, &String)> {
         let first = self.types.iter().take(1).flat_map(|(_, vtype)| vtype.sentences());
         first
@@ -304,7 +297,6 @@ impl Distribution {
     }
 
     /// An additional file of SUMO with a `vTypeDistribution` of this id; `about` gives its origin in a comment.
-    #[must_use]
     pub fn to_xml(&self, id: &str, about: &str) -> String {
         let mut xml = format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {} -->\n", comment(about));
         let common = self.common();

@@ -28,7 +28,6 @@ pub struct Finding {
 pub struct OptimizerReport {
     /// Version of this layout.
     pub schema_version: u32,
-    /// The optimiser.
     pub optimizer: String,
     /// The targets.
     pub findings: Vec<Finding>,
@@ -38,7 +37,6 @@ pub struct OptimizerReport {
 
 impl OptimizerReport {
     /// Results of the tasks in the journal.
-    #[must_use]
     pub fn new(optimizer: &str, tasks: &[OptimizerTask], journal: &Journal<OptimizerOutcome>) -> OptimizerReport {
         let outcomes: Vec<OptimizerOutcome> = tasks.iter().filter_map(|t| journal.get(t)).cloned().collect();
         let mut findings = Vec::new();
@@ -87,7 +85,6 @@ impl OptimizerReport {
     }
 
     /// For a terminal of 80 columns.
-    #[must_use]
     pub fn table(&self) -> String {
         let mut text = String::new();
         // Writing to a String cannot fail.
@@ -175,14 +172,12 @@ fn finding(goal: String, wanted: f64, at_most: bool, found: Option<f64>, tasks: 
 
 impl OptimizerOutcome {
     /// True if every replicate has a score as low as this, within this many evaluations.
-    #[must_use]
     pub fn reached(&self, score: f64, evaluations: u64) -> bool {
         let low = self.scores.iter().all(|found| found.is_some_and(|found| found <= score));
         low && self.evaluations.iter().all(|spent| *spent <= evaluations)
     }
 
     /// Coefficient of variation of the scores \[%\]; infinite if a replicate has no score.
-    #[must_use]
     pub fn variation(&self) -> f64 {
         let scores: Option<Vec<f64>> = self.scores.iter().copied().collect();
         let Some(scores) = scores.filter(|s| s.len() > 1) else { return f64::INFINITY };

@@ -100,10 +100,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     output::print(&text)
 }
 
-/// Lists faults of the parts.
-///
-/// # Errors
-/// If two parts contradict each other, neither is used.
+/// Lists faults of the parts. If two parts contradict each other, neither is used.
 pub fn complain(inventory: &Inventory) -> anyhow::Result<()> {
     complaints(inventory).lines().for_each(|line| eprintln!("{line}"));
     let pairs = output::counted(inventory.conflicting.len() as u64, "pair");

@@ -10,13 +10,11 @@ fn is_unseen(c: char) -> bool {
 }
 
 /// A name on one line: `\u000a` for a line end. Text escaped this way is valid in JSON, too.
-#[must_use]
 pub fn name(text: &str) -> Cow<'_, str> {
     escaped(text, is_unseen)
 }
 
 /// Text of several lines: line ends and tabs stay.
-#[must_use]
 pub fn lines(text: &str) -> Cow<'_, str> {
     escaped(text, |c| is_unseen(c) && !matches!(c, '\n' | '\t'))
 }
@@ -33,7 +31,6 @@ fn escaped(text: &str, escape: impl Fn(char) -> bool) -> Cow<'_, str> {
 pub const NAMED: usize = 5;
 
 /// The first of these names, and `...` in place of more than `most`: `a, b, ...`.
-#[must_use]
 pub fn first<T: AsRef<str>>(names: &[T], most: usize) -> String {
     let more = if names.len() > most { ", ..." } else { "" };
     names.iter().take(most).map(AsRef::as_ref).collect::<Vec<_>>().join(", ") + more

@@ -41,7 +41,6 @@ impl DataLayout {
 
 /// A data folder that cannot be used.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum OpenError {
     #[error("{0}: expected the folder of the platoon files, or one file; there is none")]
     Missing(String),
@@ -51,7 +50,6 @@ pub enum OpenError {
 
 /// A platoon that is missing or cannot be used.
 #[derive(Debug, Clone, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum LibraryError {
     #[error("platoon {platoon}: no file {platoon}.csv in {}", searched.join(" or "))]
     NotFound { platoon: String, searched: Vec<String> },
@@ -80,7 +78,6 @@ pub enum LibraryError {
 /// Where the files of the rows are.
 #[derive(Debug, Default)]
 enum Place {
-    /// In this folder.
     Folder(PathBuf),
     /// This is the file of all rows.
     File(PathBuf),
@@ -157,11 +154,8 @@ impl Library {
         self.models.get(name).copied()
     }
 
-    /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, otherwise from the
-    /// built-in table.
-    ///
-    /// # Errors
-    /// When there is no such folder or file, or a vehicle table exists but cannot be read.
+    /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, otherwise from the built-in
+    /// table. Fails when there is no such folder or file, or a vehicle table exists but cannot be read.
     pub fn open(
         data: Option<&Path>,
         layout: DataLayout,
@@ -189,13 +183,11 @@ impl Library {
     }
 
     /// The files used so far, with checksums: data, and the parts of a vehicle that the variants needed.
-    #[must_use]
     pub fn sources(&self) -> &[Source] {
         &self.sources
     }
 
     /// Faults of the data of each follower used so far, one line each.
-    #[must_use]
     pub fn faults(&self) -> &[String] {
         &self.faults
     }
@@ -208,7 +200,6 @@ impl Library {
     }
 
     /// Changes to the data of each follower used so far, one line each.
-    #[must_use]
     pub fn notes(&self) -> &[String] {
         &self.notes
     }

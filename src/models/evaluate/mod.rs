@@ -63,7 +63,6 @@ impl Summary {
 
 /// A table that cannot be evaluated at all.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum TableError {
     #[error("{path}: cannot read the cases")]
     Read { path: String, source: csv::Error },
@@ -86,10 +85,8 @@ pub type Build<'a> = dyn FnMut(Vec<Case>) -> Result<Box<dyn Evaluator>, Evaluate
 
 /// Evaluates a table: all input columns, then the outcome, row by row.
 ///
-/// `path` names the input in messages. `build` makes the evaluators, one per variant. `progress` receives the number of finished rows and may stop the work by returning false.
-///
-/// # Errors
-/// If the input lacks required columns, or reading or writing fails. A bad row is marked and is not an error.
+/// `path` names the input in messages. `build` makes the evaluators, one per variant. `progress` receives the number of finished rows and may stop
+/// the work by returning false. Fails if the input lacks required columns, or reading or writing fails. A bad row is marked and is not an error.
 pub fn evaluate_table(
     input: impl Read,
     path: &str,

@@ -42,7 +42,6 @@ pub struct Mode {
 }
 
 /// Modes that are safe on an adapter, by its probes.
-#[must_use]
 pub fn modes(probes: &[Probe]) -> [Mode; 3] {
     let is = |name: &str, wanted: &[ProbeStatus]| {
         probes.iter().any(|probe| probe.name == name && wanted.contains(&probe.status))
@@ -222,7 +221,6 @@ const TRAPS: &[Trap] = &[
 const TURNS: u32 = 1 << 20;
 
 /// Runs every probe on an adapter.
-#[must_use]
 pub fn probes(adapter: &Adapter, on_the_cpu: &CpuFunctions) -> Vec<Probe> {
     let failed = |name, fault: Fault| Probe {
         name,
@@ -323,9 +321,6 @@ fn loops(device: &Device) -> Finding {
 }
 
 /// Runs `main` of a text in one workgroup, which reads `x` and writes `y`; returns `y`. For tests of single functions.
-///
-/// # Errors
-/// Errors of the device.
 #[doc(hidden)]
 pub fn values(adapter: &Adapter, text: &str, x: &[f32], outputs: usize) -> Result<Vec<u32>, String> {
     let found = Device::alone(adapter).and_then(|device| run(&device, text, x, outputs));

@@ -27,10 +27,7 @@ texts!(Spacing, "spacing");
 texts!(Dynamics, "dynamics");
 texts!(Constraint, "constraint");
 
-/// Path and text of a built-in file.
-///
-/// # Panics
-/// For a missing file.
+/// Path and text of a built-in file. Panics for a missing file.
 pub(crate) fn shader(path: &str) -> (&'static str, &'static str) {
     leadlag_shaders::file(path).unwrap_or_else(|| panic!("no file {path}"))
 }
@@ -61,7 +58,6 @@ pub struct Recipe {
 
 impl Recipe {
     /// True if a step has a memory: that of extensions or of an observer.
-    #[must_use]
     pub fn is_extended(&self) -> bool {
         self.observed || !self.variant.extensions.is_empty()
     }
@@ -86,13 +82,11 @@ struct Chunk {
 
 impl Source {
     /// The model of a variant: everything up to and including `step`, without a time loop.
-    #[must_use]
     pub fn model(recipe: &Recipe) -> Source {
         Source::model_with(recipe, &|_, _| None)
     }
 
     /// As [`Source::model`], but `replace` may replace the text of a file, given its path and its text.
-    #[must_use]
     pub fn model_with(recipe: &Recipe, replace: &dyn Fn(&str, &str) -> Option<String>) -> Source {
         let Recipe { variant, precision, radicand, observed } = recipe;
         let mut source = Source { text: String::new(), chunks: Vec::new() };
@@ -164,7 +158,6 @@ impl Source {
     }
 
     /// A user's text, in one chunk.
-    #[must_use]
     pub fn single(name: &str, text: &str) -> Source {
         let mut source = Source { text: String::new(), chunks: Vec::new() };
         source.push(name, text);
@@ -235,7 +228,6 @@ impl Source {
     }
 
     /// The whole text.
-    #[must_use]
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -258,7 +250,6 @@ impl Source {
     }
 
     /// File and line in it of a line of the whole text; both lines count from 1.
-    #[must_use]
     pub fn locate(&self, line: usize) -> (&str, usize) {
         let chunk = self.chunk(line);
         (&chunk.name, line - chunk.first + 1)

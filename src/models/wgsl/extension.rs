@@ -58,19 +58,14 @@ const EXTENSIONS: &[&str] = names! {
     probe_history,
 };
 
-/// All extensions that are built in: the causes that a diagnosis knows, and its tools.
-///
-/// # Panics
-/// If one of them is not valid, which a test would have noticed.
+/// All extensions that are built in: the causes that a diagnosis knows, and its tools. Panics if one of them is not valid, which a test would have
+/// noticed.
 pub fn library() -> &'static [&'static Extension] {
     static LIBRARY: LazyLock<Vec<&'static Extension>> = LazyLock::new(|| all("extension", EXTENSIONS));
     &LIBRARY
 }
 
 /// All laws that are built in.
-///
-/// # Panics
-/// As [`library`].
 pub fn laws() -> &'static [&'static Extension] {
     static LIBRARY: LazyLock<Vec<&'static Extension>> = LazyLock::new(|| all("law", LAWS));
     &LIBRARY
@@ -96,16 +91,12 @@ impl FromStr for Variant {
 }
 
 /// The built-in extension or law with this name.
-#[must_use]
 pub fn extension_named(name: &str) -> Option<&'static Extension> {
     let named = |all: &[&'static Extension]| all.iter().copied().find(|extension| extension.name == name);
     named(library()).or_else(|| named(laws()))
 }
 
 /// Reads a user's extension or law; `file` is its name in messages, and the extension is named after it, without folder and `.wgsl`.
-///
-/// # Errors
-/// [`ShaderError`] at the first forbidden construct.
 pub fn read_extension(file: &str, text: &str) -> Result<&'static Extension, ShaderError> {
     let name = std::path::Path::new(file).file_stem().and_then(std::ffi::OsStr::to_str).unwrap_or_default();
     let plain =

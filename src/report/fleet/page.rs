@@ -43,7 +43,6 @@ pub struct Fit {
 const FEW: usize = 40;
 
 /// One HTML page; `twin` is the text of `fleet.json`, `made` the command that made it, if known.
-#[must_use]
 pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str, made: Option<&MadeBy>) -> String {
     let mut page = Page::default();
     let first = file.overview.first().map_or("", |one| one.gof.as_str());

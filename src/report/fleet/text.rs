@@ -13,7 +13,6 @@ const REASONS: usize = 3;
 const DOUBTFUL: usize = 20;
 
 /// Output of `calibrate --all`.
-#[must_use]
 pub fn text(file: &FleetFile) -> String {
     let calibrated = file.calibrated();
     let whole = file.pairs * file.overview.len();

@@ -30,7 +30,6 @@ pub struct Table5Row {
 }
 
 /// Both tables, one row per variant of the study.
-#[must_use]
 pub fn compare(outcomes: &Outcomes) -> (Vec<Table4Row>, Vec<Table5Row>) {
     let count = outcomes.variants.len();
     let medians: Vec<Option<f64>> = (0..count).map(|i| median(&outcomes.normalized(i))).collect();

@@ -21,7 +21,6 @@ use crate::score::Measures;
 /// A trajectory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DriveName {
-    /// Name of the platoon.
     pub platoon: String,
     /// 1 = right behind the platoon leader.
     pub follower: usize,
@@ -52,7 +51,6 @@ pub enum Tried {
 pub struct Cell {
     /// Scores of the replicates with a feasible candidate.
     pub scores: Vec<f64>,
-    /// Errors of the best one.
     pub best: Option<Errors>,
     /// The best score.
     pub score: Option<f64>,
@@ -77,7 +75,6 @@ pub struct Outcomes {
 
 impl Outcomes {
     /// All available outcomes, of each goodness of fit of a study.
-    #[must_use]
     pub fn of_study(study: &StudyFile, tasks: &[Task], inventory: &Inventory) -> Vec<Outcomes> {
         let laws = study.read_laws();
         study.gofs.iter().map(|gof| Outcomes::gather(tasks, inventory, gof, &laws)).collect()
@@ -109,14 +106,12 @@ impl Outcomes {
     }
 
     /// Index of the base model of a variant, if it is part of the study.
-    #[must_use]
     pub fn base_of(&self, variant: usize) -> Option<usize> {
         let name = self.variants[variant].base.name;
         self.variants.iter().position(|v| v.name() == name)
     }
 
     /// The base models: those of Table 1 in its order, then laws in that of the plan.
-    #[must_use]
     pub fn bases(&self) -> Vec<Base> {
         let is_here = |base: &&Base| self.variants.iter().any(|v| v.base == **base);
         let mut bases: Vec<Base> = BASES.iter().filter(is_here).copied().collect();
@@ -129,13 +124,11 @@ impl Outcomes {
     }
 
     /// Indices of the variants of a base model.
-    #[must_use]
     pub fn class(&self, base: &str) -> Vec<usize> {
         (0..self.variants.len()).filter(|&i| self.variants[i].base.name == base).collect()
     }
 
     /// Smallest and largest score of a trajectory among all variants.
-    #[must_use]
     pub fn range(&self, drive: usize) -> Option<[f64; 2]> {
         let scores = self.cells.iter().filter_map(|row| row[drive].score);
         scores.fold(None, |range: Option<[f64; 2]>, x| {
@@ -144,7 +137,6 @@ impl Outcomes {
     }
 
     /// Eq. 19: scores of a variant over the smallest one of each trajectory, minus 1.
-    #[must_use]
     pub fn normalized(&self, variant: usize) -> Vec<f64> {
         let of = |drive: usize| {
             let [lowest, _] = self.range(drive)?;
@@ -154,13 +146,11 @@ impl Outcomes {
     }
 
     /// Coefficients of variation of a variant's scores over its replicates, one per trajectory with at least two.
-    #[must_use]
     pub fn variations(&self, variant: usize) -> Vec<f64> {
         self.cells[variant].iter().filter_map(|cell| coefficient_of_variation(cell.scores.iter().copied())).collect()
     }
 
     /// Collisions, other early ends, and number of validation runs of a variant.
-    #[must_use]
     pub fn collisions(&self, variant: usize) -> (usize, usize, usize) {
         let tried = || self.cells[variant].iter().flat_map(|cell| &cell.tried);
         let count = |end: Tried| tried().filter(|t| **t == end).count();

@@ -19,7 +19,6 @@ pub struct Ranking {
 
 impl Ranking {
     /// For the calibrations on the selected trajectories.
-    #[must_use]
     pub fn of(outcomes: &Outcomes, wanted: &dyn Fn(usize) -> bool) -> Ranking {
         let count = outcomes.variants.len();
         let drives: Vec<usize> = (0..outcomes.drives.len()).filter(|drive| wanted(*drive)).collect();
@@ -48,7 +47,6 @@ impl Ranking {
     }
 
     /// The variants that cannot be distinguished from the chosen one.
-    #[must_use]
     pub fn open(&self) -> Vec<usize> {
         let is_open = |v: &&usize| self.behind[**v].is_some_and(|behind| behind.is_open());
         self.order.iter().filter(is_open).copied().filter(|v| Some(*v) != self.chosen).collect()

@@ -19,7 +19,6 @@ pub const PROBLEMS_SHOWN: usize = 10;
 /// A file of measured data could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum ImportError {
     #[error("{path}: expected a readable file")]
     Open { path: String, source: io::Error },

@@ -46,15 +46,11 @@ const SHIPPED: [(&str, &str); 8] = [
 
 impl ColumnMap {
     /// Name and text of the built-in maps.
-    #[must_use]
     pub fn shipped() -> &'static [(&'static str, &'static str)] {
         &SHIPPED
     }
 
     /// A built-in map by its name, or your own map: its file, which ends in `.toml`, or its text, which has several lines.
-    ///
-    /// # Errors
-    /// [`MapError`], for an unknown name, and as [`ColumnMap::parse`].
     pub fn find(given: &str) -> Result<ColumnMap, MapError> {
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == given) {
             return ColumnMap::parse(text, name);
@@ -74,9 +70,6 @@ impl ColumnMap {
 }
 
 /// Reads a table by a column map.
-///
-/// # Errors
-/// [`ImportError`], with line and column of the first problems of the file.
 pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Recording, ImportError> {
     let (input, is_parquet) = super::opened(path)?;
     let written_alike = is_parquet.then(|| map.clone().of_plain_csv());
@@ -84,9 +77,6 @@ pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Recording, ImportErro
 }
 
 /// Reads a table by a column map from a stream; `name` stands for the file in messages.
-///
-/// # Errors
-/// As [`read_mapped`].
 pub fn read_mapped_from(input: impl Read, name: &str, map: &ColumnMap) -> Result<Recording, ImportError> {
     let mut problems = Problems::default();
     let mut lines = Lines::new(input);
@@ -151,14 +141,12 @@ fn vehicle_name(id: &str) -> String {
 
 impl Recording {
     /// True for a table of platoons: its cars are numbered, as in the layouts that need no map.
-    #[must_use]
     pub fn is_of_numbered_cars(&self) -> bool {
         self.chosen_by == ChosenBy::Place
     }
 
     /// Keeps only the platoons in which the car of this name is the follower with the same number as in the first: 1 is the car right
     /// behind the leader. `None`, and no change, without such a platoon.
-    #[must_use]
     pub fn keep_car(&mut self, name: &str) -> Option<usize> {
         let place = |platoon: &Platoon| {
             let followers = platoon.cars.iter().filter(|car| car.number > 1);
@@ -173,7 +161,6 @@ impl Recording {
 
     /// Keeps only the pairs of a mapped table whose follower has this id, that of its vehicle or group, or the one pair of this id; false, and nothing
     /// changed, without such a pair.
-    #[must_use]
     pub fn keep_follower(&mut self, id: &str) -> bool {
         let name = match self.chosen_by {
             ChosenBy::Place => return false,

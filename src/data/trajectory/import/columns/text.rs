@@ -31,7 +31,6 @@ pub(super) enum Separator {
     Whitespace,
 }
 
-/// Decimal separator.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Decimal {
