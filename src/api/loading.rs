@@ -287,11 +287,9 @@ impl Reading {
             warn(format!("{path}: {more} more such warnings on other trajectories"));
         }
         let picked = usable(path, "trajectories", all, warn)?;
-        let mut names: Vec<&str> = picked.iter().map(|loaded| loaded.trajectory.name.as_str()).collect();
-        names.sort_unstable();
-        names.dedup();
+        let names: BTreeSet<&str> = picked.iter().map(|loaded| loaded.trajectory.name.as_str()).collect();
         // Groups may be drives of one vehicle.
-        if let [one, another, ..] = names.as_slice()
+        if let (Some(one), Some(another)) = (names.iter().next(), names.iter().nth(1))
             && recording.chosen_by != ChosenBy::Group
         {
             warn(format!(

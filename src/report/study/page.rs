@@ -9,8 +9,10 @@ use crate::study::inventory::Inventory;
 use crate::study::outcome::claims::Claim;
 use crate::study::outcome::{Outcomes, Ranking, Tried};
 use crate::study::paper::VALIDATIONS;
+use crate::study::part::Part;
 use crate::study::table::{Table, Values};
 use serde_json::{Map, Value, json};
+use std::collections::BTreeSet;
 
 /// Largest number of named variants that cannot be distinguished.
 const NAMED: usize = 4;
@@ -209,9 +211,7 @@ fn by(ranking: &Ranking) -> &'static str {
 }
 
 fn rankings(page: &mut Page, own: &Outcomes) {
-    let mut vehicles: Vec<&str> = own.drives.iter().map(|drive| drive.vehicle.as_str()).collect();
-    vehicles.sort_unstable();
-    vehicles.dedup();
+    let vehicles: BTreeSet<&str> = own.drives.iter().map(|drive| drive.vehicle.as_str()).collect();
     for vehicle in vehicles {
         let is_own = |drive: usize| own.drives[drive].vehicle == vehicle;
         let drives: Vec<usize> = (0..own.drives.len()).filter(|d| is_own(*d)).collect();
@@ -268,9 +268,7 @@ fn validation(page: &mut Page, matrix: &Matrix) {
     );
     let name = |place: &(String, usize)| format!("{} follower {}", place.0, place.1);
     for (vehicle, rows) in matrix {
-        let mut places: Vec<&(String, usize)> = rows.keys().chain(rows.values().flat_map(|row| row.keys())).collect();
-        places.sort();
-        places.dedup();
+        let places: BTreeSet<&(String, usize)> = rows.keys().chain(rows.values().flat_map(|row| row.keys())).collect();
         let cell = |cross: Option<&Cross>| {
             cross.map_or("–".to_owned(), |cross| {
                 let collisions = match cross.collisions {
@@ -294,23 +292,16 @@ fn validation(page: &mut Page, matrix: &Matrix) {
 fn cost(page: &mut Page, material: &Material, inventory: &Inventory, past: &PastRuns) {
     let done = inventory.done();
     let evaluations: u64 = inventory.parts.iter().flatten().map(|part| part.calibration.evaluations).sum();
-    let mut evaluators: Vec<String> = inventory
-        .parts
-        .iter()
-        .flatten()
-        .map(|part| {
-            let row = &part.calibration;
-            let device = row.adapter.as_deref().unwrap_or("CPU");
-            format!("{} ({}) on {device}", row.evaluator, row.precision)
-        })
-        .collect();
-    evaluators.sort_unstable();
-    evaluators.dedup();
+    let evaluator = |part: &Part| {
+        let row = &part.calibration;
+        format!("{} ({}) on {}", row.evaluator, row.precision, row.adapter.as_deref().unwrap_or("CPU"))
+    };
+    let evaluators: BTreeSet<String> = inventory.parts.iter().flatten().map(evaluator).collect();
     page.paragraph(&format!(
         "{done} calibrations are finished, {} are missing, {} found no feasible candidate; {evaluations} simulations; {}.",
         material.missing,
         inventory.failed(),
-        evaluators.join(", ")
+        Vec::from_iter(evaluators).join(", ")
     ));
     if past.runs > 0 {
         let rate = past.candidate_steps as f64 / past.wall_s.max(1e-9) / 1e6;
