@@ -26,6 +26,7 @@ use super::header::{Header, nearest};
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
 use crate::text::bounded::TEXT_MAX;
+use crate::trajectory::error::ProblemKind;
 use crate::trajectory::{ChosenBy, ImportError, Layout, Note, Platoon, Recording, Source};
 use std::io::Read;
 use std::path::Path;
@@ -105,8 +106,12 @@ pub fn read_mapped_from(input: impl Read, name: &str, map: &ColumnMap) -> Result
 fn platoons(table: &rows::Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
     match map.rows {
         Rows::Vehicles => vehicles::platoons(table, map, problems),
-        Rows::Pairs => pairs::platoons(table, map, problems),
-        Rows::Platoon => platoon::platoons(table, map, problems),
+        Rows::Pairs => pairs::of_groups(table, map, problems, pairs::platoon),
+        Rows::Platoon if table.cars().len() < 2 => {
+            let kind = ProblemKind::FewCars { found: table.cars().len() };
+            Err(problems.stop(table.header_line.max(1), None, kind))
+        }
+        Rows::Platoon => pairs::of_groups(table, map, problems, platoon::platoon),
     }
 }
 
