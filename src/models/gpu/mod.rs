@@ -235,6 +235,10 @@ impl Gpu {
         }))
     }
 
+    fn opened(&mut self) -> Result<&mut Context, Fault> {
+        self.context.as_mut().ok_or_else(|| Fault::new("opening the device", "it was lost"))
+    }
+
     fn failed(&self, fault: Fault) -> EvaluateError {
         if fault.is_memory {
             return EvaluateError::Memory { adapter: self.adapter.clone(), message: fault.message };
@@ -285,19 +289,12 @@ impl Gpu {
         let (observers, block) = observed.unwrap_or((&[], 0));
         let samples = jobs.iter().map(|job| self.courses[job.case].samples()).max().unwrap_or(0);
         let blocks = if block > 0 { samples.div_ceil(block) as u32 } else { 0 };
-        self.twice(
-            |gpu| {
-                if gpu.context.is_some() { Ok(()) } else { Err(Fault::new("opening the device", "it was lost")) }
-            },
-        )?;
+        self.twice(|gpu| gpu.opened().map(drop))?;
         let context = self.context.as_ref().expect("opened above");
         let most = most_candidates(&kernel, blocks, &context.device.limits);
         plan.make(jobs, observers, &self.cases, &self.courses, &context.tables, &kernel, most)?;
         let work = Work { kernel, plan, block: block as u32, blocks };
-        self.twice(|gpu| match &mut gpu.context {
-            Some(context) => context.start(set, &work),
-            None => Err(Fault::new("opening the device", "it was lost")),
-        })?;
+        self.twice(|gpu| gpu.opened()?.start(set, &work))?;
         self.work[set] = Some(work);
         Ok(())
     }

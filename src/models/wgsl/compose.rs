@@ -3,7 +3,7 @@
 use super::limits::tokens;
 use super::own_names::{Prefixed, member};
 use super::stages;
-use crate::catalog::{Constraint, Controller, Dynamics, Spacing, Variant};
+use crate::catalog::{Controller, Variant};
 use crate::convention::Radicand;
 use crate::symbols::Symbol;
 use std::fmt::Write;
@@ -11,21 +11,10 @@ use std::fmt::Write;
 /// Member of `Params` that a model with an observer has in addition to its parameters.
 pub const DECAY: &str = "observer_decay";
 
-macro_rules! texts {
-    ($folder:ident, $path:literal) => {
-        impl $folder {
-            /// Path and text of the part.
-            fn shader(self) -> (&'static str, &'static str) {
-                shader(&format!("shaders/{}/{}.wgsl", $path, self.name()))
-            }
-        }
-    };
+/// Path and text of a part.
+fn part(folder: &str, name: &str) -> (&'static str, &'static str) {
+    shader(&format!("shaders/{folder}/{name}.wgsl"))
 }
-
-texts!(Controller, "controller");
-texts!(Spacing, "spacing");
-texts!(Dynamics, "dynamics");
-texts!(Constraint, "constraint");
 
 /// Path and text of a built-in file. Panics for a missing file.
 pub(crate) fn shader(path: &str) -> (&'static str, &'static str) {
@@ -99,32 +88,31 @@ impl Source {
             (Controller::Gipps, Radicand::Shifted) => shader("shaders/start/shifted.wgsl"),
             _ => shader("shaders/start/measured.wgsl"),
         };
-        for (file, text) in [
+        let add = |source: &mut Source, (file, text): (&str, &str)| {
+            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        };
+        for file in [
             shader("shaders/types.wgsl"),
             shader("shaders/power.wgsl"),
             shader("shaders/opaque.wgsl"),
-            variant.base.spacing.shader(),
-            variant.base.controller.shader(),
-            variant.dynamics.shader(),
-            variant.constraint.shader(),
+            part("spacing", variant.base.spacing.name()),
+            part("controller", variant.base.controller.name()),
+            part("dynamics", variant.dynamics.name()),
+            part("constraint", variant.constraint.name()),
             start,
             motion,
         ] {
-            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+            add(&mut source, file);
         }
         if !recipe.is_extended() {
-            let (file, text) = shader("shaders/step.wgsl");
-            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+            add(&mut source, shader("shaders/step.wgsl"));
             return source;
         }
-        for (file, text) in
-            [shader("shaders/exponential.wgsl"), shader("shaders/between.wgsl"), shader("shaders/world.wgsl")]
-        {
-            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        for path in ["shaders/exponential.wgsl", "shaders/between.wgsl", "shaders/world.wgsl"] {
+            add(&mut source, shader(path));
         }
         if variant.law().is_none() {
-            let (file, text) = equilibrium(variant);
-            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+            add(&mut source, equilibrium(variant));
         }
         for extension in variant.extensions.list() {
             let text = replace(&extension.file, &extension.text);
@@ -134,8 +122,7 @@ impl Source {
         if let Some(law) = variant.law() {
             source.push("generated: equilibrium", &stages::equilibrium(law));
         }
-        let (file, text) = shader("shaders/step_extended.wgsl");
-        source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        add(&mut source, shader("shaders/step_extended.wgsl"));
         source
     }
 
@@ -143,15 +130,8 @@ impl Source {
     pub(super) fn around_an_extension() -> Source {
         let mut source = Source { text: String::new(), chunks: Vec::new() };
         source.push("generated: Params", &params(Symbol::ALL, false));
-        for (file, text) in [
-            shader("shaders/types.wgsl"),
-            shader("shaders/power.wgsl"),
-            shader("shaders/exponential.wgsl"),
-            shader("shaders/opaque.wgsl"),
-            shader("shaders/spacing/cth.wgsl"),
-            shader("shaders/world.wgsl"),
-            shader("shaders/equilibrium/policy.wgsl"),
-        ] {
+        for name in ["types", "power", "exponential", "opaque", "spacing/cth", "world", "equilibrium/policy"] {
+            let (file, text) = shader(&format!("shaders/{name}.wgsl"));
             source.push(file, text);
         }
         source
@@ -271,10 +251,10 @@ impl Source {
 
 fn equilibrium(variant: &Variant) -> (&'static str, &'static str) {
     match variant.base.controller {
-        Controller::Idm => shader("shaders/equilibrium/idm.wgsl"),
-        Controller::Gipps => shader("shaders/equilibrium/gipps.wgsl"),
+        Controller::Idm => part("equilibrium", "idm"),
+        Controller::Gipps => part("equilibrium", "gipps"),
         // Controllers that keep the spacing which their policy asks for.
-        _ => shader("shaders/equilibrium/policy.wgsl"),
+        _ => part("equilibrium", "policy"),
     }
 }
 

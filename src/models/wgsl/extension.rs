@@ -7,6 +7,7 @@ use super::limits;
 use super::lint;
 use super::own_names::prefix;
 use super::parameters::Declared;
+use super::stages::value_type;
 use crate::catalog::{BASES, UnknownVariant, Variant, law_files};
 use crate::extension::{Argument, Cause, Extension, LoopNeeds, Stage, StageFunction};
 use crate::symbols::{ExtensionParameter, Role, Symbol};
@@ -419,11 +420,7 @@ impl<'a> Reader<'a> {
             let Some((function, span)) = self.function(stage.into_str()) else { continue };
             let arguments: Vec<Argument> =
                 (0..function.arguments.len()).map(|k| self.argument(function, k, span)).collect::<Result<_, _>>()?;
-            let value = match stage {
-                Stage::Policy => "Params",
-                Stage::Perception => "Perceived",
-                Stage::Speed | Stage::Law | Stage::Command | Stage::Response => "f32",
-            };
+            let value = value_type(stage);
             if arguments.contains(&Argument::Value) && matches!(stage, Stage::Policy | Stage::Perception) {
                 return self.refuse(
                     span,
