@@ -12,7 +12,7 @@ use crate::score::{GoodnessOfFit, Measures};
 use crate::text::option::DATA;
 use batch::Batch;
 use csv::ByteRecord;
-use row::{Columns, Task};
+use row::{Columns, Task, parse};
 use std::collections::BTreeSet;
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
@@ -116,8 +116,8 @@ pub fn evaluate_table(
             break;
         }
         let started = Instant::now();
-        let tasks: Vec<Task> = records.iter().map(|r| Task::parse(r, &columns, library, settings)).collect();
-        for (record, Task(task)) in records.iter().zip(&tasks) {
+        let tasks: Vec<Task> = records.iter().map(|r| parse(r, &columns, library, settings)).collect();
+        for (record, task) in records.iter().zip(&tasks) {
             let unused = task.as_ref().map_or(Vec::new(), |(case, _)| columns.unused(record, &case.variant));
             summary.with_unused += u64::from(!unused.is_empty());
             summary.unused.extend(unused);
