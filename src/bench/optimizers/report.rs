@@ -2,6 +2,7 @@
 
 use super::{HARD, OptimizerOutcome, OptimizerTask, REPLICATES, SEED_TARGETS, SEEDS, SURFACES, WALL_TARGET_S};
 use crate::batch::Journal;
+use crate::calibrate::coefficient_of_variation;
 use crate::statistics::median;
 use serde::Serialize;
 use std::fmt::Write;
@@ -180,10 +181,6 @@ impl OptimizerOutcome {
     /// Coefficient of variation of the scores \[%\]; infinite if a replicate has no score.
     pub fn variation(&self) -> f64 {
         let scores: Option<Vec<f64>> = self.scores.iter().copied().collect();
-        let Some(scores) = scores.filter(|s| s.len() > 1) else { return f64::INFINITY };
-        let count = scores.len() as f64;
-        let mean = scores.iter().sum::<f64>() / count;
-        let variance = scores.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        100.0 * variance.sqrt() / mean.abs()
+        scores.and_then(coefficient_of_variation).map_or(f64::INFINITY, |variation| 100.0 * variation)
     }
 }

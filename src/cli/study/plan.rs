@@ -1,12 +1,12 @@
 //! `leadlag study plan`.
 
 use super::super::evaluator::warn;
-use super::super::output::{self, counted};
+use super::super::output;
 use crate::api::study::planned;
 use crate::study::folder::Folder;
 use crate::study::plan::Validation;
 use crate::study::{Study, Task};
-use crate::text::shown::{NAMED, first};
+use crate::text::shown::{NAMED, counted, first};
 use crate::trajectory::is_nameless;
 use std::collections::{BTreeSet, HashSet};
 use std::io::IsTerminal;
@@ -59,7 +59,7 @@ fn used(study: &Study) -> String {
 fn in_short(study: &Study) -> String {
     let files: BTreeSet<&str> = study.drives.iter().map(|drive| drive.entry.file.as_str()).collect();
     let prepared = study.drives.iter().filter(|drive| !drive.entry.notes.is_empty()).count();
-    let (count, of) = (counted(study.drives.len() as u64, "trajectory"), counted(files.len() as u64, "file"));
+    let (count, of) = (counted(study.drives.len(), "trajectory"), counted(files.len(), "file"));
     let text = format!("{count} of {of}; changes to {prepared} of them: --verbose, or study.json");
     let mut text = format!("{}\n", fill(&text, lines_within(0)));
     if let Some(first) = study.left_out.first() {
@@ -161,10 +161,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let product = format!(
         "{} = {} x {} x {} x {}; {} of the winners",
-        counted(tasks.len() as u64, "task"),
-        counted(study.drives.len() as u64, "trajectory"),
-        counted(study.plan.calibration.variants.len() as u64, "variant"),
-        counted(study.plan.calibration.gofs.len() as u64, "goodness-of-fit function"),
+        counted(tasks.len(), "task"),
+        counted(study.drives.len(), "trajectory"),
+        counted(study.plan.calibration.variants.len(), "variant"),
+        counted(study.plan.calibration.gofs.len(), "goodness-of-fit function"),
         counted(study.plan.calibration.replicates, "replicate"),
         counted(study.validation_runs(), "validation run"),
     );

@@ -1,6 +1,7 @@
 //! Displays untrusted text: characters that move a cursor, hide or reorder text become escapes.
 
 use std::borrow::Cow;
+use std::fmt::Display;
 
 /// Control characters, those that set the direction of writing, and invisible ones.
 fn is_unseen(c: char) -> bool {
@@ -34,6 +35,16 @@ pub const NAMED: usize = 5;
 pub fn first<T: AsRef<str>>(names: &[T], most: usize) -> String {
     let more = if names.len() > most { ", ..." } else { "" };
     names.iter().take(most).map(AsRef::as_ref).collect::<Vec<_>>().join(", ") + more
+}
+
+/// A number with the noun that it counts: `1 run`, `2 runs`, `2 trajectories`.
+pub fn counted(number: impl Display, word: &str) -> String {
+    let number = number.to_string();
+    match (number.as_str(), word.strip_suffix('y')) {
+        ("1", _) => format!("1 {word}"),
+        (_, Some(stem)) => format!("{number} {stem}ies"),
+        (_, None) => format!("{number} {word}s"),
+    }
 }
 
 #[cfg(test)]

@@ -232,10 +232,6 @@ impl FleetFile {
 /// What to do about doubtful data.
 const ADVICE: &str = "leadlag inspect has the remedies";
 
-fn pairs(count: usize) -> String {
-    format!("{count} pair{}", if count == 1 { "" } else { "s" })
-}
-
 /// A reason without the numbers of the one pair that has it.
 fn kind(reason: &str) -> String {
     let mut kind = String::new();

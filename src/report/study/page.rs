@@ -11,6 +11,7 @@ use crate::study::outcome::{Outcomes, Ranking, Tried};
 use crate::study::paper::VALIDATIONS;
 use crate::study::part::Part;
 use crate::study::table::{Table, Values};
+use crate::text::shown::counted;
 use serde_json::{Map, Value, json};
 use std::collections::BTreeSet;
 
@@ -49,15 +50,9 @@ pub fn write(material: &Material, inventory: &Inventory, past: &PastRuns) -> Str
     page.finish(&format!("Study {}", study.name), &lead, &twin(material, &matrix, past), None)
 }
 
-/// Mean score of a variant that has one on every trajectory.
-fn score(own: &Outcomes, v: usize) -> Option<f64> {
-    let scores: Option<Vec<f64>> = own.cells[v].iter().map(|cell| cell.score).collect();
-    mean(&scores?)
-}
-
 /// The variant with the lowest error on unseen trajectories, and the one that fits its own best.
 pub(super) fn answer(own: &Outcomes, ranking: &Ranking) -> (String, String) {
-    let scored = (0..own.variants.len()).filter_map(|v| Some((v, score(own, v)?)));
+    let scored = (0..own.variants.len()).filter_map(|v| Some((v, own.mean_score(v, &|_| true)?)));
     let Some((best, lowest)) = scored.min_by(|a, b| a.1.total_cmp(&b.1)) else {
         return ("No variant has a score on every trajectory.".to_owned(), String::new());
     };
@@ -143,10 +138,7 @@ fn signed(value: Option<f64>) -> String {
 fn validated(own: &Outcomes, variant: usize, wanted: &dyn Fn(usize) -> bool) -> (Vec<f64>, usize, usize) {
     let cells = own.cells[variant].iter().enumerate().filter(|(drive, _)| wanted(*drive));
     let tried: Vec<&Tried> = cells.flat_map(|(_, cell)| &cell.tried).collect();
-    let scores = tried.iter().filter_map(|tried| match tried {
-        Tried::Errors(errors) => Some(errors.values[3]),
-        _ => None,
-    });
+    let scores = tried.iter().filter_map(|tried| tried.score());
     let collisions = tried.iter().filter(|tried| ***tried == Tried::Collision).count();
     (scores.collect(), collisions, tried.len())
 }
@@ -165,7 +157,7 @@ fn overall(page: &mut Page, material: &Material) {
             vec![
                 variant.name(),
                 variant.shown_id(),
-                optional(score(own, v)),
+                optional(own.mean_score(v, &|_| true)),
                 optional(four.median),
                 optional(paper.map(|p| p.median)),
                 signed(four.change),
@@ -215,10 +207,6 @@ fn rankings(page: &mut Page, own: &Outcomes) {
     for vehicle in vehicles {
         let is_own = |drive: usize| own.drives[drive].vehicle == vehicle;
         let drives: Vec<usize> = (0..own.drives.len()).filter(|d| is_own(*d)).collect();
-        let score = |v: usize| -> Option<f64> {
-            let scores: Option<Vec<f64>> = drives.iter().map(|&d| own.cells[v][d].score).collect();
-            mean(&scores?)
-        };
         let ranking = Ranking::of(own, &is_own);
         let rows: Vec<Vec<String>> = ranking
             .order
@@ -226,14 +214,14 @@ fn rankings(page: &mut Page, own: &Outcomes) {
             .enumerate()
             .map(|(rank, &v)| {
                 let errors = |k: usize| {
-                    let values = drives.iter().filter_map(|&d| Some(own.cells[v][d].best?.values[k]));
+                    let values = drives.iter().filter_map(|&d| Some(own.cells[v][d].best?[k]));
                     optional(mean(&values.collect::<Vec<_>>()))
                 };
                 let (scores, collisions, runs) = validated(own, v, &is_own);
                 vec![
                     own.variants[v].name(),
                     (rank + 1).to_string(),
-                    optional(score(v)),
+                    optional(own.mean_score(v, &is_own)),
                     errors(0),
                     errors(1),
                     errors(2),
@@ -255,9 +243,8 @@ fn rankings(page: &mut Page, own: &Outcomes) {
             "mean in validation is higher by [95 %]",
             "collisions",
         ];
-        let count = drives.len();
-        let plural = if count == 1 { "trajectory" } else { "trajectories" };
-        page.table(&format!("{vehicle}, {count} {plural}, ranked {}", by(&ranking)), &head, &rows);
+        let count = counted(drives.len(), "trajectory");
+        page.table(&format!("{vehicle}, {count}, ranked {}", by(&ranking)), &head, &rows);
     }
 }
 

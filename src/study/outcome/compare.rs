@@ -65,7 +65,7 @@ fn five(outcomes: &Outcomes, variant: usize) -> Table5Row {
 /// Medians of the changes of each error \[%\].
 fn changes(pairs: &[(Errors, Errors)]) -> [Option<f64>; 4] {
     [0, 1, 2, 3].map(|i| {
-        let change = |(own, base): &(Errors, Errors)| 100.0 * (own.values[i] - base.values[i]) / base.values[i];
+        let change = |(own, base): &(Errors, Errors)| 100.0 * (own[i] - base[i]) / base[i];
         median(&pairs.iter().map(change).filter(|x| x.is_finite()).collect::<Vec<_>>())
     })
 }

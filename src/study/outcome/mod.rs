@@ -17,6 +17,7 @@ use crate::calibrate::coefficient_of_variation;
 use crate::catalog::{BASES, Base, Variant};
 use crate::extension::Extension;
 use crate::score::Measures;
+use crate::statistics::mean;
 
 /// A trajectory.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -28,12 +29,8 @@ pub struct DriveName {
     pub vehicle: String,
 }
 
-/// Errors of one run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Errors {
-    /// RMSE of spacing \[m\], speed \[m/s\], acceleration \[m/s²\], and NRMSE(s,v,a).
-    pub values: [f64; 4],
-}
+/// Errors of one run: RMSE of spacing \[m\], speed \[m/s\], acceleration \[m/s²\], and NRMSE(s,v,a).
+pub type Errors = [f64; 4];
 
 /// A run of a winner on another trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -44,6 +41,13 @@ pub enum Tried {
     Collision,
     /// It ended early for another reason: no speed is safe, or a state is not finite.
     OtherEnd,
+}
+
+impl Tried {
+    /// NRMSE(s,v,a) of a run that reached the end.
+    pub fn score(&self) -> Option<f64> {
+        if let Tried::Errors([.., score]) = self { Some(*score) } else { None }
+    }
 }
 
 /// The calibrations of one variant on one trajectory.
@@ -145,6 +149,13 @@ impl Outcomes {
         (0..self.drives.len()).filter_map(of).collect()
     }
 
+    /// Mean score of a variant over the selected trajectories, if it has one on each of them.
+    pub fn mean_score(&self, variant: usize, wanted: &dyn Fn(usize) -> bool) -> Option<f64> {
+        let drives = (0..self.drives.len()).filter(|drive| wanted(*drive));
+        let scores: Option<Vec<f64>> = drives.map(|drive| self.cells[variant][drive].score).collect();
+        mean(&scores?)
+    }
+
     /// Coefficients of variation of a variant's scores over its replicates, one per trajectory with at least two.
     pub fn variations(&self, variant: usize) -> Vec<f64> {
         self.cells[variant].iter().filter_map(|cell| coefficient_of_variation(cell.scores.iter().copied())).collect()
@@ -182,8 +193,7 @@ fn errors(run: &RunRow) -> Option<Errors> {
         let i = Measures::NAMES.iter().position(|n| *n == name)?;
         run.measures.get(i).copied().flatten()
     };
-    let values = [measure("rmse_s")?, measure("rmse_v")?, measure("rmse_a")?, measure("nrmse_sva")?];
-    Some(Errors { values })
+    Some([measure("rmse_s")?, measure("rmse_v")?, measure("rmse_a")?, measure("nrmse_sva")?])
 }
 
 fn tried(run: &RunRow) -> Tried {

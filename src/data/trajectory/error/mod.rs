@@ -11,6 +11,7 @@ pub use prepare::PrepareError;
 pub(super) use prepare::step_too_long;
 pub use problem::{Problem, ProblemKind};
 
+use crate::text::shown::counted;
 use std::io;
 
 /// A file with more problems than this reports only their number beyond it.
@@ -40,7 +41,7 @@ fn list(path: &str, problems: &[Problem], more: u64) -> String {
         })
         .collect();
     if more > 0 {
-        lines.push(format!("{path}: and {more} more problem{}", if more == 1 { "" } else { "s" }));
+        lines.push(format!("{path}: and {}", counted(more, "more problem")));
     }
     lines.join("\n")
 }
