@@ -162,7 +162,8 @@ fn a_row_that_does_not_fit_is_refused_with_its_line() {
         (changed("/Ok/score", serde_json::Value::Null), "invalid type: null"),
     ] {
         fs::write(&journal, content).expect("room");
-        let said = refused(1, &command).says("journal.jsonl:2: not a calibration of this fleet").says(expected).0;
+        let said = refused(1, &command).says("journal.jsonl:2: not a calibration of this fleet").says(expected);
+        let said = said.says("; remove the line, and it is calibrated again").0;
         assert!(!said.contains("panicked"), "{said}");
     }
     // By the message: without the line it is calibrated again.
