@@ -4,7 +4,7 @@ use super::error::{Usage, refuse};
 use super::reading::Reading;
 use crate::catalog::{Constraint, Variant};
 use crate::text::option::{COLUMNS, CORRECT, FOLLOWER, FROM, LEAD_START, MAX_GAP, SEGMENT, TO, TRAJECTORY, VEHICLE};
-use crate::text::shown::NAMED;
+use crate::text::shown::{NAMED, counted};
 use crate::text::spelling::did_you_mean;
 use crate::trajectory::import::{ColumnMap, MapError, read_mapped, read_mapped_from};
 use crate::trajectory::{
@@ -59,8 +59,7 @@ pub(crate) struct Found {
 pub(crate) fn cut_off(pieces: impl Iterator<Item = usize>) -> Option<String> {
     let [pairs, pieces] = pieces.fold([0, 0], |[pairs, all], of| [pairs + usize::from(of > 0), all + of]);
     (pieces > 0).then(|| {
-        let pieces = if pieces == 1 { "1 piece".to_owned() } else { format!("{pieces} pieces") };
-        let of = if pairs == 1 { "1 drive".to_owned() } else { format!("{pairs} drives") };
+        let (pieces, of) = (counted(pieces, "piece"), counted(pairs, "drive"));
         format!(
             "{pieces} of {of} left out: long gaps cut a drive into pieces, of which only the longest is used; a longer {MAX_GAP} \
              interpolates more"
@@ -287,11 +286,9 @@ impl Reading {
             warn(format!("{path}: {more} more such warnings on other trajectories"));
         }
         let picked = usable(path, "trajectories", all, warn)?;
-        let mut names: Vec<&str> = picked.iter().map(|loaded| loaded.trajectory.name.as_str()).collect();
-        names.sort_unstable();
-        names.dedup();
+        let names: BTreeSet<&str> = picked.iter().map(|loaded| loaded.trajectory.name.as_str()).collect();
         // Groups may be drives of one vehicle.
-        if let [one, another, ..] = names.as_slice()
+        if let (Some(one), Some(another)) = (names.iter().next(), names.iter().nth(1))
             && recording.chosen_by != ChosenBy::Group
         {
             warn(format!(

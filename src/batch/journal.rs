@@ -31,7 +31,6 @@ pub struct Journal<E: Entry> {
 
 /// A journal that cannot be used.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum JournalError {
     #[error("{path}: cannot {doing} the journal: {source}")]
     Io { path: String, doing: &'static str, source: io::Error },
@@ -54,11 +53,8 @@ const KEYLESS: &[u8] = b"{\"program\":";
 type Read<'a, E> = dyn Fn(&[u8]) -> Result<Option<E>, String> + 'a;
 
 impl<E: Entry> Journal<E> {
-    /// Opens a journal, or creates it. With a `key`, its first line has to have this key, and every line has to be an entry; without, it may
-    /// have the lines of other runs, too.
-    ///
-    /// # Errors
-    /// If it belongs to another key, is in use or broken, or cannot be read or written.
+    /// Opens a journal, or creates it. With a `key`, its first line has to have this key, and every line has to be an entry; without, it may have the
+    /// lines of other runs, too. Fails if it belongs to another key, is in use or broken, or cannot be read or written.
     pub fn open(path: &Path, key: Option<&str>, read: &Read<E>) -> Result<Journal<E>, JournalError> {
         let shown = || path.display().to_string();
         let io = |doing| move |source| JournalError::Io { path: path.display().to_string(), doing, source };
@@ -119,27 +115,26 @@ impl<E: Entry> Journal<E> {
     }
 
     /// A journal that only this process has.
-    #[must_use]
     pub fn none() -> Journal<E> {
         Journal { file: None, entries: BTreeMap::new() }
     }
 
     /// The result of a unit, if it is done.
-    #[must_use]
     pub fn get(&self, key: &E::Key) -> Option<&E> {
         self.entries.get(key)
     }
 
+    /// The same, removed from memory.
+    pub fn take(&mut self, key: &E::Key) -> Option<E> {
+        self.entries.remove(key)
+    }
+
     /// Number of finished units.
-    #[must_use]
     pub fn count(&self) -> usize {
         self.entries.len()
     }
 
-    /// Adds a finished unit.
-    ///
-    /// # Errors
-    /// When it cannot be written.
+    /// Adds a finished unit. Fails when it cannot be written.
     pub fn keep(&mut self, entry: E) -> Result<(), JournalError> {
         self.write(&serde_json::to_string(&entry).expect("numbers and text can be written"))?;
         self.entries.insert(entry.key().clone(), entry);

@@ -15,12 +15,18 @@ const IDLE: Duration = Duration::from_millis(100);
 )]
 pub struct NoThread(#[source] Box<dyn std::error::Error + Send + Sync>);
 
-/// Does the batches of `next` in this many threads, until there are no more or `stop` is true. `work` gets a batch, and a function that is true at
-/// a request to stop and after an error of another thread. The threads share those of this pool evenly: work that is parallel elsewhere is
-/// sequential in them if there are as many. This thread calls `idle` about ten times a second, and after each batch.
-///
-/// # Errors
-/// The first error of `work`; [`NoThread`] if no thread can be started.
+/// Stops the other threads when this one panics.
+struct OnPanic<'a>(&'a AtomicBool);
+
+impl Drop for OnPanic<'_> {
+    fn drop(&mut self) {
+        self.0.fetch_or(std::thread::panicking(), Ordering::SeqCst);
+    }
+}
+
+/// Does the batches of `next` in this many threads, until there are no more or `stop` is true. `work` gets a batch, and a function that is true at a
+/// request to stop and after an error of another thread. The threads share those of this pool evenly: work that is parallel elsewhere is sequential
+/// in them if there are as many. This thread calls `idle` about ten times a second, and after each batch. Returns the first error of `work`.
 pub fn in_batches<B, E: From<NoThread> + Send>(
     count: usize,
     stop: &(dyn Fn() -> bool + Sync),
@@ -42,6 +48,7 @@ pub fn in_batches<B, E: From<NoThread> + Send>(
         Ok(())
     };
     let alone = |to_main: &Sender<()>| -> Result<(), E> {
+        let _panic = OnPanic(&failed);
         let pool = ThreadPoolBuilder::new().num_threads(own).use_current_thread().build();
         pool.map_err(|error| NoThread(error.into()))?.install(|| all(to_main))
     };

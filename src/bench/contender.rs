@@ -37,7 +37,6 @@ impl Contender {
     ];
 
     /// `native`, `reference`, `lanes` or `gpu`.
-    #[must_use]
     pub fn evaluator(self) -> &'static str {
         match self {
             Contender::NativeF32 | Contender::NativeF64 => "native",
@@ -48,7 +47,6 @@ impl Contender {
     }
 
     /// `f32`, `f64`, `plain` or `compensated`.
-    #[must_use]
     pub fn precision(self) -> &'static str {
         match self {
             Contender::NativeF32 => "f32",
@@ -59,21 +57,16 @@ impl Contender {
     }
 
     /// True for the GPU evaluator, software Vulkan included.
-    #[must_use]
     pub fn is_gpu(self) -> bool {
         matches!(self, Contender::Gpu(_))
     }
 
     /// True for the loop that supports only one variant.
-    #[must_use]
     pub fn is_native(self) -> bool {
         self.evaluator() == "native"
     }
 
-    /// Makes it for a case, ready to run; `None` if the machine has no device for it.
-    ///
-    /// # Errors
-    /// If the case cannot be prepared or the device fails.
+    /// Makes it for a case, ready to run; `None` if the machine has no device for it. Fails if the case cannot be prepared or the device fails.
     pub(super) fn runner(self, case: &Case, gof: GoodnessOfFit) -> Result<Option<Runner>, EvaluateError> {
         let cases = vec![case.clone()];
         Ok(Some(match self {
@@ -106,10 +99,7 @@ pub(super) enum Runner {
 }
 
 impl Runner {
-    /// One score per candidate.
-    ///
-    /// # Errors
-    /// When the evaluator cannot run.
+    /// One score per candidate. Fails when the evaluator cannot run.
     pub fn run(&mut self, population: &Population, scores: &mut [Score]) -> Result<(), EvaluateError> {
         match self {
             Runner::ByHand(loops) => loops.evaluate(population, scores),

@@ -28,9 +28,6 @@ pub struct Drive {
 
 impl Drive {
     /// A synthetic drive behind a car on cruise control, 9,227 samples at 10 Hz; the same on every machine.
-    ///
-    /// # Errors
-    /// No known error: the scenario is fixed.
     pub fn synthetic() -> Result<Drive, BenchError> {
         let mut scenario =
             synthetic::Scenario { duration_s: f64::from(SAMPLES - 1) / 10.0, ..synthetic::Scenario::default() };
@@ -41,11 +38,8 @@ impl Drive {
         Drive::new("synthetic drive", &import::read_bytes(&file, "synthetic.csv", None)?, 1)
     }
 
-    /// The longest piece of one follower of a recording. Variants that need a vehicle or a grade get a synthetic vehicle and, if
-    /// the recording has none, a level road: they cost the same time.
-    ///
-    /// # Errors
-    /// For an unknown follower.
+    /// The longest piece of one follower of a recording. Variants that need a vehicle or a grade get a synthetic vehicle and, if the recording has
+    /// none, a level road: they cost the same time. Fails for an unknown follower.
     pub fn new(name: &str, recording: &Recording, follower: usize) -> Result<Drive, BenchError> {
         let mut trajectory = Trajectory::longest(prepare(recording, follower, &Preparation::default())?);
         trajectory.grade = Some(trajectory.grade.as_ref().map_or_else(Grade::level, evenly));
@@ -62,21 +56,16 @@ impl Drive {
     }
 
     /// Number of samples.
-    #[must_use]
     pub fn samples(&self) -> usize {
         self.trajectory.len()
     }
 
-    /// The drive for a variant, in the paper's convention.
-    ///
-    /// # Errors
-    /// If the drive is too short for it.
+    /// The drive for a variant, in the paper's convention. Fails if the drive is too short for it.
     pub fn case(&self, variant: Variant) -> Result<Case, BenchError> {
         Ok(Case::new(&self.trajectory, variant, Some(&self.vehicle), Convention::PAPER, TAU_P_UPPER)?)
     }
 
     /// The first samples only.
-    #[must_use]
     pub fn cut(&self, samples: usize) -> Drive {
         let mut cut = self.clone();
         let t = &mut cut.trajectory;
@@ -90,9 +79,6 @@ impl Drive {
     }
 
     /// The box that a calibration of a variant searches.
-    ///
-    /// # Errors
-    /// No known error: the vehicle has bounds for its road loads.
     pub fn space(&self, variant: Variant) -> Result<SearchSpace, BenchError> {
         Ok(SearchSpace::new(&variant, Some(&self.vehicle), Convention::PAPER, &Overrides::new())?)
     }
@@ -107,7 +93,6 @@ fn evenly(grade: &Grade) -> Grade {
 }
 
 /// Candidates drawn uniformly from a box; the same for the same box.
-#[must_use]
 pub fn candidates(space: &SearchSpace, count: usize) -> Population {
     let mut population = Population::new(&space.symbols);
     for number in 0..count {

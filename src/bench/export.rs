@@ -15,9 +15,6 @@ const CANDIDATES: usize = 4096;
 /// Writes `drive.csv` (v_l_mps, dx_l_m, s_m, v_f_mps, a_f_mps2; the state at the first line is where a run starts, the others
 /// are scored) and `candidates.csv` (the parameters of variant 1 and the score NRMSE(s,v,a) that the reference gives them, empty if the run
 /// failed). Floats in shortest form that reads back the same.
-///
-/// # Errors
-/// [`BenchError::Write`], and errors of the evaluator.
 pub fn export(drive: &Drive, folder: &Path) -> Result<(), BenchError> {
     let variant = Variant::from_id(1)?;
     let case = drive.case(variant)?;

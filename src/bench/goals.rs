@@ -32,7 +32,6 @@ const SPEEDS: [(&str, &str, u32, f64); 7] = [
 
 impl Goal {
     /// Whether it was met; `None` without a measurement.
-    #[must_use]
     pub fn is_met(&self) -> Option<bool> {
         self.found.map(|found| if self.at_most { found <= self.wanted } else { found >= self.wanted })
     }
@@ -47,7 +46,6 @@ impl Goal {
 
 impl Report {
     /// The goals of the project, with the measured values.
-    #[must_use]
     pub fn goals(&self) -> Vec<Goal> {
         let software = self.adapter.as_deref().is_some_and(is_software);
         let mut goals: Vec<Goal> = SPEEDS

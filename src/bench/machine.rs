@@ -1,5 +1,6 @@
 //! The machine of the measurement.
 
+use crate::text::shown::counted;
 use std::fmt;
 
 /// The machine in words, and its load.
@@ -17,7 +18,6 @@ pub struct Machine {
 
 impl Machine {
     /// This machine, now.
-    #[must_use]
     pub fn here() -> Machine {
         let cpuinfo = std::fs::read_to_string("/proc/cpuinfo").unwrap_or_default();
         let model = cpuinfo.lines().find_map(|line| line.strip_prefix("model name")?.split_once(':'));
@@ -46,7 +46,7 @@ fn vectors() -> &'static str {
 
 impl fmt::Display for Machine {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-        let s = if self.threads == 1 { "" } else { "s" };
-        write!(f, "{}, {}, {} thread{s}, {}", self.cpu, self.vectors, self.threads, std::env::consts::OS)
+        let threads = counted(self.threads, "thread");
+        write!(f, "{}, {}, {threads}, {}", self.cpu, self.vectors, std::env::consts::OS)
     }
 }

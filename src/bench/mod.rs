@@ -46,7 +46,6 @@ use std::ops::ControlFlow;
 
 /// A measurement that failed.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum BenchError {
     #[error(transparent)]
     Synthetic(#[from] SyntheticError),
@@ -91,10 +90,7 @@ pub type Progress<'a, T> = dyn FnMut(usize, &T) -> ControlFlow<()> + Send + 'a;
 type Asks<'a> = dyn FnMut() -> ControlFlow<()> + Send + 'a;
 
 /// Does the tasks that a journal lacks, one after the other, and adds each to it. `work` returns `None` if `progress` stops it: the task is then not
-/// kept.
-///
-/// # Errors
-/// The first error of `work`; [`BenchError::Journal`] when the journal cannot be written.
+/// kept. Returns the first error of `work`.
 pub fn do_remaining<E: Entry>(
     tasks: &[E::Key],
     journal: &mut Journal<E>,

@@ -56,7 +56,6 @@ pub struct Report {
 
 impl Report {
     /// As documented for `leadlag bench --json`.
-    #[must_use]
     pub fn json(&self) -> Value {
         let goals: Vec<Value> = self.goals().iter().map(super::Goal::json).collect();
         json!({
@@ -127,9 +126,6 @@ fn plan(effort: Effort, has_hardware: bool) -> Vec<(Contender, Variant, usize)> 
 }
 
 /// Runs the measurements. `progress` receives the name of each step.
-///
-/// # Errors
-/// [`BenchError`].
 pub fn run(drive: &Drive, effort: Effort, progress: &mut dyn FnMut(&str)) -> Result<Report, BenchError> {
     let machine = Machine::here();
     let mut measurements = Vec::new();

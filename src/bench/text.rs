@@ -7,7 +7,6 @@ use crate::catalog::{BASES, Constraint, Dynamics, Variant};
 use std::fmt::Write;
 
 /// The whole report.
-#[must_use]
 pub fn table(report: &Report) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.

@@ -107,13 +107,13 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     if let Some(vehicle) = args.vehicle.clone().or(known) {
         // Only some rows may need its curve.
         let whole = vehicle::find_for(&vehicle, true);
-        library.drive_with(whole.or_else(|_| vehicle::find_for(&vehicle, false))?);
+        library.vehicle = Some(whole.or_else(|_| vehicle::find_for(&vehicle, false))?);
     }
-    library.expect(of_fleet.as_ref().and_then(|file| file.treatment.clone()));
+    library.treatment = of_fleet.as_ref().and_then(|file| file.treatment.clone());
     for (file, one) in of_fleet.iter().flat_map(|file| file.overview.iter().map(move |one| (file, one))) {
         // A row of another model says that it is unknown.
         if let Ok((variant, delay_upper)) = fleet_row::model(file, &one.model) {
-            library.know(one.model.clone(), variant, delay_upper);
+            library.models.insert(one.model.clone(), (variant, delay_upper));
         }
     }
     let shown = cases.display().to_string();
@@ -144,15 +144,15 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let input = BufReader::new(crate::text::bounded::Lines::new(input));
     let result = evaluate_table(input, &shown, output, &mut library, &settings, &mut build, &mut progress);
     bar.finish();
-    for source in library.sources() {
+    for source in &library.sources {
         eprintln!("used {} sha256 {}", source.path, source.sha256);
     }
-    let (notes, most) = (library.notes(), if args.verbose { usize::MAX } else { NOTES });
+    let (notes, most) = (&library.notes, if args.verbose { usize::MAX } else { NOTES });
     notes.iter().take(most).for_each(|note| eprintln!("{note}"));
     if notes.len() > most {
         eprintln!("{} more lines about the data: --verbose", notes.len() - most);
     }
-    library.faults().iter().for_each(|fault| evaluator::warn(fault));
+    library.faults.iter().for_each(|fault| evaluator::warn(fault));
     // The rows of an interrupted run are complete and worth keeping.
     if let (Some(file), Some(out)) = (written, &args.out)
         && matches!(result, Ok(_) | Err(TableError::Interrupted(_)))

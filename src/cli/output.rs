@@ -110,15 +110,6 @@ pub fn write_file(path: &Path, content: &[u8]) -> anyhow::Result<()> {
     finish_file(file, path)
 }
 
-/// A number with the noun that it counts: `1 run`, `2 runs`, `2 trajectories`.
-pub fn counted(number: u64, word: &str) -> String {
-    match (number, word.strip_suffix('y')) {
-        (1, _) => format!("1 {word}"),
-        (_, Some(stem)) => format!("{number} {stem}ies"),
-        (_, None) => format!("{number} {word}s"),
-    }
-}
-
 /// Makes a folder with its parents.
 pub fn make_folder(path: &Path) -> anyhow::Result<()> {
     std::fs::create_dir_all(path).with_context(|| format!("{}: cannot make the folder", path.display()))

@@ -1,7 +1,6 @@
 //! Discrete Fourier transform of real samples, in powers of two, for spectra of signals.
 
 /// |X_k|² for k = 0 to n/2 of real samples, filled up with zeros to a power of two.
-#[must_use]
 pub fn power(samples: &[f64]) -> Vec<f64> {
     let n = samples.len().next_power_of_two();
     let mut re = samples.to_vec();

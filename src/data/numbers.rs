@@ -28,7 +28,6 @@ macro_rules! numbers {
 
         impl $Of {
             /// All numbers in the order of the page.
-            #[must_use]
             pub fn numbers(&self) -> Vec<$crate::numbers::Number> {
                 vec![$($crate::numbers::Number {
                     name: stringify!($name), value: self.$name, unit: $unit, reason: $reason

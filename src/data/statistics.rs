@@ -1,7 +1,6 @@
 //! Means, medians, quantiles, rank correlation, in one place. Only numbers.
 
 /// Quantile of values by linear interpolation between the two nearest (R's type 7); `None` without values.
-#[must_use]
 pub fn quantile(values: &[f64], q: f64) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -12,19 +11,16 @@ pub fn quantile(values: &[f64], q: f64) -> Option<f64> {
 }
 
 /// Median; `None` of none.
-#[must_use]
 pub fn median(values: &[f64]) -> Option<f64> {
     quantile(values, 0.5)
 }
 
 /// Mean; `None` of none.
-#[must_use]
 pub fn mean(values: &[f64]) -> Option<f64> {
     (!values.is_empty()).then(|| values.iter().sum::<f64>() / values.len() as f64)
 }
 
 /// The value below which this share of the values lies; `None` without values.
-#[must_use]
 pub fn order_statistic(values: impl IntoIterator<Item = f64>, share: f64) -> Option<f64> {
     let mut values: Vec<f64> = values.into_iter().collect();
     let place = ((values.len() as f64 * share) as usize).min(values.len().checked_sub(1)?);
@@ -32,14 +28,12 @@ pub fn order_statistic(values: impl IntoIterator<Item = f64>, share: f64) -> Opt
 }
 
 /// The median as one of the values; of an even number, the upper of the two in the middle; `None` without values.
-#[must_use]
 pub fn upper_median(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     order_statistic(values, 0.5)
 }
 
 /// Standard error of the sum of samples that depend on their neighbours, and the equivalent number of independent ones. Autocovariances
 /// count up to the first two neighbouring lags whose sum is not positive (C. J. Geyer, Statistical Science 7, 1992).
-#[must_use]
 pub fn sum_of_dependent(samples: &[f64]) -> (f64, f64) {
     let n = samples.len();
     let Some(mean) = mean(samples) else { return (0.0, 0.0) };
@@ -56,7 +50,6 @@ pub fn sum_of_dependent(samples: &[f64]) -> (f64, f64) {
 }
 
 /// Root mean square of the finite values; `None` without any.
-#[must_use]
 pub fn rms(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let (mut squares, mut n) = (0.0, 0_usize);
     for value in values.into_iter().filter(|value| value.is_finite()) {
@@ -68,7 +61,6 @@ pub fn rms(values: impl IntoIterator<Item = f64>) -> Option<f64> {
 
 /// Standard deviation of normal values by the median of their absolute values, which a few outliers do not change; `None` without a
 /// finite value. Half of a normal distribution lies within 0.6745 standard deviations; 1.4826 is the inverse.
-#[must_use]
 pub fn robust_scale(values: impl IntoIterator<Item = f64>) -> Option<f64> {
     let sizes = values.into_iter().map(f64::abs).filter(|value| value.is_finite());
     upper_median(sizes).map(|median| 1.4826 * median)
@@ -87,7 +79,6 @@ pub struct BoxStatistics {
 }
 
 /// Box, whiskers and outliers; `None` without values.
-#[must_use]
 pub fn box_statistics(values: &[f64]) -> Option<BoxStatistics> {
     let quartiles = [quantile(values, 0.25)?, median(values)?, quantile(values, 0.75)?];
     let reach = 1.5 * (quartiles[2] - quartiles[0]);
@@ -99,7 +90,6 @@ pub fn box_statistics(values: &[f64]) -> Option<BoxStatistics> {
 }
 
 /// Spearman's rank correlation of pairs, ties with their mean rank; `None` with fewer than three pairs, or if all are equal.
-#[must_use]
 pub fn spearman(pairs: &[(f64, f64)]) -> Option<f64> {
     if pairs.len() < 3 {
         return None;

@@ -24,10 +24,7 @@ pub struct Whole {
 }
 
 impl Whole {
-    /// Begins a file.
-    ///
-    /// # Errors
-    /// When it cannot be created.
+    /// Begins a file. Fails when it cannot be created.
     pub fn create(path: &Path) -> io::Result<Whole> {
         if path.exists() && !path.is_file() {
             return Ok(Whole { path: path.to_owned(), temporary: None, file: File::options().write(true).open(path)? });
@@ -44,10 +41,7 @@ impl Whole {
         }
     }
 
-    /// Puts the file in its place.
-    ///
-    /// # Errors
-    /// When it cannot be written to the disk; then nothing of it remains.
+    /// Puts the file in its place. Fails when it cannot be written to the disk; then nothing of it remains.
     pub fn finish(mut self) -> io::Result<()> {
         let Some(temporary) = &self.temporary else { return self.file.flush() };
         self.file.sync_all()?;
@@ -80,10 +74,7 @@ impl Drop for Whole {
     }
 }
 
-/// Writes a file.
-///
-/// # Errors
-/// When it cannot be written; then nothing of it remains.
+/// Writes a file. Fails when it cannot be written; then nothing of it remains.
 pub fn write(path: &Path, content: &[u8]) -> io::Result<()> {
     let mut file = Whole::create(path)?;
     file.write_all(content)?;
@@ -112,7 +103,6 @@ fn is_left_over(temporary: &Path) -> bool {
 }
 
 /// True if a file has not been written to for so long that no process can still be writing it.
-#[must_use]
 pub fn is_old(file: &fs::Metadata) -> bool {
     file.modified().is_ok_and(|written| written.elapsed().is_ok_and(|age| age > LEFT_OVER))
 }

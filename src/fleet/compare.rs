@@ -22,7 +22,6 @@ const NONE: Optimism = Optimism { score: 0.0, noise: 0.0 };
 /// model.
 const CONTENDS: f64 = 0.5;
 
-/// Rule of the comparison.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, serde::Serialize, serde::Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Rule {
@@ -36,7 +35,6 @@ pub enum Rule {
 
 impl Rule {
     /// The comparable measures.
-    #[must_use]
     pub fn of(pairs: &[Pair], settings: &Settings) -> Rule {
         if pairs.iter().any(|pair| !pair.held.is_empty()) {
             Rule::HeldBack
@@ -75,7 +73,6 @@ pub struct ModelRank {
 /// Result of the comparison of the models.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Comparison {
-    /// Rule of the comparison.
     pub rule: Rule,
     /// One entry per row; `None` if there is nothing to compare.
     pub scores: Vec<Option<HeldScore>>,
@@ -122,10 +119,7 @@ impl Difference {
     }
 }
 
-/// Compares the models on each pair and over all.
-///
-/// # Errors
-/// When a simulation in f64 cannot run.
+/// Compares the models on each pair and over all. Fails when a simulation in f64 cannot run.
 pub fn compare(pairs: &[Pair], settings: &Settings, rows: &[Row]) -> Result<Comparison, EvaluateError> {
     let rule = Rule::of(pairs, settings);
     let (models, measures) = (settings.models.len(), settings.measures.len());

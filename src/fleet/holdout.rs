@@ -15,7 +15,6 @@ pub enum Held {
 }
 
 /// The id of a driver: the name of the car, otherwise that of the trajectory; `None` without either.
-#[must_use]
 pub fn driver(pair: &Pair) -> Option<&str> {
     driver_id(&pair.name, pair.trajectory.as_deref())
 }
@@ -56,10 +55,7 @@ fn cut(pair: &mut Pair, share: f64) {
     }
 }
 
-/// A drive without this share of it, and the share, its end.
-///
-/// # Errors
-/// In words, if a part is too short to be simulated.
+/// A drive without this share of it, and the share, its end. The error says in words that a part is too short to be simulated.
 pub fn kept_and_held(trajectory: &Trajectory, share: f64) -> Result<[Trajectory; 2], String> {
     let whole = trajectory.len();
     let at = ((1.0 - share) * whole as f64).round() as usize;

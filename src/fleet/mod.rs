@@ -32,6 +32,7 @@ use crate::study::fingerprint;
 use crate::trajectory::{Finding, Trajectory};
 use crate::vehicle::Vehicle;
 use sha2::{Digest, Sha256};
+use std::collections::BTreeSet;
 use std::path::Path;
 
 /// Version of the files of a fleet.
@@ -44,7 +45,6 @@ pub const EVALUATIONS_PER_PARAMETER: u64 = 2_000;
 /// A follower behind its leader, as in the data.
 #[derive(Debug, Clone)]
 pub struct Pair {
-    /// Path of the file.
     pub file: String,
     /// Trajectory id of files that hold several.
     pub trajectory: Option<String>,
@@ -62,22 +62,18 @@ pub struct Pair {
 
 impl Pair {
     /// File, trajectory and follower, in words.
-    #[must_use]
     pub fn place(&self) -> String {
         let id = self.trajectory.as_ref().map_or(String::new(), |id| format!(" trajectory {id}"));
         format!("{}{id} follower {}", self.file, self.follower)
     }
 
     /// The kinds of faults of its data that change a calibration with one of these measures, separated by spaces; empty if there are none.
-    #[must_use]
     pub fn doubts(&self, measures: &[GoodnessOfFit]) -> String {
         let findings = self.drive.iter().flat_map(|drive| drive.trajectory.findings());
         let counts = |finding: &Finding| measures.iter().any(|measure| measure.minds(finding.kind));
         let doubtful = findings.filter(|finding| finding.matters && finding.correction.is_none() && counts(finding));
-        let mut kinds: Vec<&str> = doubtful.map(|finding| finding.kind.into_str()).collect();
-        kinds.sort_unstable();
-        kinds.dedup();
-        kinds.join(" ")
+        let kinds: BTreeSet<&str> = doubtful.map(|finding| finding.kind.into_str()).collect();
+        Vec::from_iter(kinds).join(" ")
     }
 }
 
@@ -177,15 +173,11 @@ impl Settings {
     }
 
     /// Largest number of simulations of the search in a space.
-    #[must_use]
     pub fn most_evaluations(&self, space: &SearchSpace) -> u64 {
         self.max_evaluations.unwrap_or(EVALUATIONS_PER_PARAMETER * space.free().len().max(1) as u64)
     }
 
     /// The journal of these calibrations.
-    ///
-    /// # Errors
-    /// As [`Journal::open`].
     pub fn journal(&self, path: &Path, pairs: &[Pair]) -> Result<Journal<Row>, JournalError> {
         Journal::open(path, Some(&self.key(pairs)), &|line| {
             let row = serde_json::from_slice(line).map_err(|error| error.to_string())?;

@@ -18,7 +18,6 @@ fn columns_of(model: &Variant) -> Vec<String> {
 
 /// Why the models cannot share a table: two parameters would be one column, or one would have the name of a fixed column. `None` if they
 /// can.
-#[must_use]
 pub fn clash(settings: &Settings) -> Option<String> {
     let alone = Settings { models: Vec::new(), ..settings.clone() };
     let of_rule = |rule| table(&[], &alone, &[], &Comparison { rule, scores: Vec::new(), ranks: Vec::new() });
@@ -35,7 +34,6 @@ pub fn clash(settings: &Settings) -> Option<String> {
 }
 
 /// One row per pair, model and measure; a column per parameter of any of the models, with its unit in its name.
-#[must_use]
 pub fn table(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &Comparison) -> Table {
     let of = |row: &Row| &pairs[row.place.pair];
     let drive = |row: &Row| of(row).drive.as_ref().ok();
@@ -133,7 +131,6 @@ pub struct Spread {
 
 impl Spread {
     /// The median of no values is missing.
-    #[must_use]
     pub fn of(values: &[f64]) -> Option<Spread> {
         let at = |q| quantile(values, q);
         Some(Spread { median: at(0.5)?, middle_half: [at(0.25)?, at(0.75)?], nine_tenths: [at(0.05)?, at(0.95)?] })
@@ -176,7 +173,6 @@ pub struct Overview {
 pub struct ParameterOverview {
     pub name: String,
     pub unit: String,
-    /// Its column in the table.
     pub column: String,
     /// Its values.
     pub spread: Option<Spread>,
@@ -195,7 +191,6 @@ fn is_zero(count: &usize) -> bool {
 }
 
 /// One entry per model and measure, measures first.
-#[must_use]
 pub fn overview(pairs: &[Pair], settings: &Settings, rows: &[Row], comparison: &Comparison) -> Vec<Overview> {
     let mut all = Vec::new();
     for (k, measure) in settings.measures.iter().enumerate() {

@@ -26,7 +26,6 @@ const GENERATION: usize = 100;
 
 /// A fleet that could not be calibrated.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum FleetError {
     #[error(transparent)]
     Evaluate(#[from] EvaluateError),
@@ -43,11 +42,9 @@ pub(super) struct Task {
     pub(super) space: SearchSpace,
 }
 
-/// Calibrates all pairs with all models and measures: the rows in order of [`Settings::places`], or `None` for those that `stop` has left
-/// out. Rows of the journal are reused, and others added. `tell` receives the number of finished rows from time to time.
-///
-/// # Errors
-/// When the evaluator fails or the journal cannot be written; finished rows are in it.
+/// Calibrates all pairs with all models and measures: the rows in order of [`Settings::places`], or `None` for those that `stop` has left out. Rows
+/// of the journal are reused, and others added. `tell` receives the number of finished rows from time to time. Fails when the evaluator fails or the
+/// journal cannot be written; finished rows are in it.
 pub fn run(
     pairs: &[Pair],
     settings: &Settings,
@@ -77,8 +74,8 @@ pub fn run(
         let mut idle = || tell(journal.lock().unwrap_or_else(PoisonError::into_inner).count());
         in_batches(threads, stop, &next, &work, &mut idle)?;
     }
-    let journal = journal.into_inner().unwrap_or_else(PoisonError::into_inner);
-    Ok(places.iter().map(|place| journal.get(place).cloned()).collect())
+    let mut journal = journal.into_inner().unwrap_or_else(PoisonError::into_inner);
+    Ok(places.iter().map(|place| journal.take(place)).collect())
 }
 
 fn build(

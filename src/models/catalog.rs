@@ -91,13 +91,11 @@ macro_rules! part_enum {
             pub const ALL: &'static [$folder] = &[$($folder::$part),*];
 
             /// File name of the part, without extension.
-            #[must_use]
             pub fn name(self) -> &'static str {
                 match self { $($folder::$part => stringify!($file)),* }
             }
 
             /// The parameters it reads.
-            #[must_use]
             pub fn parameters(self) -> &'static [Symbol] {
                 match self { $($folder::$part => &[$(Symbol::$symbol),*]),* }
             }
@@ -134,7 +132,6 @@ pub const BASES: &[Base] = &[
 
 impl Base {
     /// The base model of a law.
-    #[must_use]
     pub fn of_law(law: &'static Extension) -> Base {
         Base { name: &law.name, paper: &law.name, controller: Controller::Law, spacing: Spacing::Inherent }
     }
@@ -157,7 +154,6 @@ pub struct Variant {
 
 /// No variant has this id or name.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum UnknownVariant {
     #[error(
         "variant {0}: expected an id from 1 to {count} (1 to 90 are the paper's Table 1); `leadlag list variants` shows them",
@@ -189,9 +185,6 @@ impl Variant {
     pub const COUNT: u32 = (BASES.len() * Self::PER_BASE) as u32;
 
     /// The variant with an id: 1 to 90 are those of Table 1.
-    ///
-    /// # Errors
-    /// [`UnknownVariant::Id`] outside 1..=[`Variant::COUNT`].
     pub fn from_id(id: u32) -> Result<Variant, UnknownVariant> {
         if !(1..=Self::COUNT).contains(&id) {
             return Err(UnknownVariant::Id(id));
@@ -213,7 +206,6 @@ impl Variant {
     }
 
     /// The id; that of Table 1 from 1 to 90, and 0 for a law. Extensions do not change it.
-    #[must_use]
     pub fn id(&self) -> u32 {
         let Some(base) = BASES.iter().position(|b| *b == self.base) else { return 0 };
         let position = |found: Option<usize>| found.expect("a variant is made of catalogued parts");
@@ -223,7 +215,6 @@ impl Variant {
     }
 
     /// The id as text; a dash for a law.
-    #[must_use]
     pub fn shown_id(&self) -> String {
         match self.id() {
             0 => "–".to_owned(),
@@ -232,7 +223,6 @@ impl Variant {
     }
 
     /// The name, such as `gipps+delay+linear+mfc`; parts that are absent are not named, extensions come last.
-    #[must_use]
     pub fn name(&self) -> String {
         let mut name = self.base.name.to_owned();
         if self.delay {
@@ -255,13 +245,11 @@ impl Variant {
     }
 
     /// A law with nothing else.
-    #[must_use]
     pub fn of_law(law: &'static Extension) -> Variant {
         Variant { extensions: Extensions::NONE.with(law), ..Variant::of_base(Base::of_law(law)) }
     }
 
     /// The law, if the base model is one.
-    #[must_use]
     pub fn law(&self) -> Option<&'static Extension> {
         self.extensions.list().first().copied().filter(|first| first.is_law())
     }
@@ -272,7 +260,6 @@ impl Variant {
     }
 
     /// True for a parameter of the variant without its extensions.
-    #[must_use]
     pub fn is_of_base(&self, symbol: Symbol) -> bool {
         match symbol {
             Symbol::Extension(row) => self.law().is_some_and(|law| law.name == row.extension),
@@ -281,9 +268,6 @@ impl Variant {
     }
 
     /// The same with another extension.
-    ///
-    /// # Errors
-    /// [`ExtensionConflict`].
     pub fn with(self, extension: &'static Extension) -> Result<Variant, ExtensionConflict> {
         let name = extension.name.clone();
         if extension.is_law() {
@@ -318,13 +302,11 @@ impl Variant {
     }
 
     /// True if perception may be delayed.
-    #[must_use]
     pub fn perceives_late(&self) -> bool {
         self.delay || self.extensions.delay().is_some()
     }
 
     /// The calibration parameters (Table 1, last column), in the order of the symbol table.
-    #[must_use]
     pub fn parameters(&self) -> Vec<Symbol> {
         let delay: &[Symbol] = if self.delay { &[Symbol::tau_p] } else { &[] };
         let read = [
@@ -344,19 +326,16 @@ impl Variant {
     }
 
     /// True if the follower's mass and inertia are needed.
-    #[must_use]
     pub fn needs_vehicle(&self) -> bool {
         self.dynamics == Dynamics::Nonlinear || self.constraint == Constraint::Mfc
     }
 
     /// True if the road grade is needed.
-    #[must_use]
     pub fn needs_grade(&self) -> bool {
         self.dynamics == Dynamics::Nonlinear || self.extensions.read("sin_grade")
     }
 
     /// True if the position on the road is needed.
-    #[must_use]
     pub fn needs_position(&self) -> bool {
         self.needs_grade() || self.extensions.read("x_f")
     }
@@ -370,9 +349,6 @@ impl fmt::Display for Variant {
 
 impl Variant {
     /// The variant by a name: an id, or a base model and its parts. Case does not matter. `laws` are base models, too.
-    ///
-    /// # Errors
-    /// [`UnknownVariant`].
     pub fn named(text: &str, laws: &[&'static Extension]) -> Result<Variant, UnknownVariant> {
         let text = text.trim();
         if let Ok(id) = text.parse() {

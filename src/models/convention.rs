@@ -118,7 +118,6 @@ pub struct Row {
 
 /// A convention that cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum ConventionError {
     #[error(
         "convention `{found}`: expected `paper` or `authors`, then any number of ROW=VALUE, separated by commas{}",

@@ -44,7 +44,6 @@ pub enum Argument {
     Value,
 }
 
-/// A function of a stage.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StageFunction {
     pub stage: Stage,
@@ -116,7 +115,6 @@ pub struct Cause {
     pub experiment: Option<String>,
 }
 
-/// An extension.
 #[derive(Debug)]
 pub struct Extension {
     /// Its name: that of its file.
@@ -152,7 +150,6 @@ pub struct Extension {
 
 impl Extension {
     /// True for a base model.
-    #[must_use]
     pub fn is_law(&self) -> bool {
         self.stages.iter().any(|function| function.stage == Stage::Law)
     }
@@ -163,25 +160,21 @@ impl Extension {
     }
 
     /// The family of causes that are hard to distinguish; by default its own name.
-    #[must_use]
     pub fn family(&self) -> &str {
         self.cause.as_ref().and_then(|cause| cause.family.as_deref()).unwrap_or(&self.name)
     }
 
     /// Shortest description that its file has.
-    #[must_use]
     pub fn in_short(&self) -> &str {
         self.cause.as_ref().and_then(|cause| cause.in_short.as_deref()).unwrap_or(&self.meaning)
     }
 
     /// How a diagnosis looks for it.
-    #[must_use]
     pub fn search(&self) -> SearchKind {
         self.cause.as_ref().map_or(SearchKind::Size, |cause| cause.search)
     }
 
     /// True if it reads this member of `World`.
-    #[must_use]
     pub fn reads(&self, member: &str) -> bool {
         self.reads.iter().any(|name| name == member)
     }
@@ -208,7 +201,6 @@ pub struct Extensions(&'static [&'static Extension]);
 
 /// Two extensions that exclude each other.
 #[derive(Debug, Clone, PartialEq, Eq, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum ExtensionConflict {
     #[error("extension {name}: the model contains it already")]
     Twice { name: String },
@@ -234,7 +226,6 @@ impl Extensions {
     pub const NONE: Extensions = Extensions(&[]);
 
     /// These and one more, in the order in which they act.
-    #[must_use]
     pub fn with(self, extension: &'static Extension) -> Extensions {
         let mut all = self.0.to_vec();
         all.push(extension);
@@ -243,7 +234,6 @@ impl Extensions {
     }
 
     /// These without one.
-    #[must_use]
     pub fn without(self, name: &str) -> Extensions {
         Extensions::kept(self.0.iter().copied().filter(|e| e.name != name).collect())
     }
@@ -263,19 +253,15 @@ impl Extensions {
     }
 
     /// In the order in which they act.
-    #[must_use]
     pub fn list(self) -> &'static [&'static Extension] {
         self.0
     }
 
     /// True without any.
-    #[must_use]
     pub fn is_empty(self) -> bool {
         self.0.is_empty()
     }
 
-    /// The one with this name.
-    #[must_use]
     pub fn get(self, name: &str) -> Option<&'static Extension> {
         self.0.iter().copied().find(|e| e.name == name)
     }
@@ -290,19 +276,16 @@ impl Extensions {
     }
 
     /// True if one of them reads this member of `World`.
-    #[must_use]
     pub fn read(self, member: &str) -> bool {
         self.0.iter().any(|e| e.reads(member))
     }
 
     /// The parameter by which perception is later, if any.
-    #[must_use]
     pub fn delay(self) -> Option<Symbol> {
         self.0.iter().find_map(|e| e.needs.delay.map(|k| e.parameters[k]))
     }
 
     /// The parameter by which the leader is looked up earlier, if any.
-    #[must_use]
     pub fn look_back(self) -> Option<Symbol> {
         self.0.iter().find_map(|e| e.needs.look_back.map(|k| e.parameters[k]))
     }

@@ -8,15 +8,11 @@ use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 
 /// The evaluator of that number for a variant.
-#[must_use]
 pub fn evaluator(variant: &Variant) -> &'static str {
     if knows(variant) { "reference" } else { "lanes" }
 }
 
 /// Simulates one candidate on one case and measures it; `trace` is overwritten.
-///
-/// # Errors
-/// Those of lanes, if they compute.
 pub fn outcome(case: &Case, parameters: &Parameters, trace: &mut Trace) -> Result<Outcome, EvaluateError> {
     if knows(&case.variant) {
         return Ok(Reference::outcome(case, parameters, trace));
@@ -42,21 +38,12 @@ pub fn outcome(case: &Case, parameters: &Parameters, trace: &mut Trace) -> Resul
 
 /// Simulates and measures one candidate on each case: calibrated parameters on drives they were not calibrated on (paper, Section 6).
 /// The outcomes are in the order of the cases.
-///
-/// # Errors
-/// As [`outcome`].
 pub fn outcomes(cases: &[Case], parameters: &Parameters) -> Result<Vec<Outcome>, EvaluateError> {
     let mut trace = Trace::default();
     cases.iter().map(|case| outcome(case, parameters, &mut trace)).collect()
 }
 
-/// The score of one candidate over all cases.
-///
-/// # Errors
-/// As [`outcome`].
-///
-/// # Panics
-/// Without a case.
+/// The score of one candidate over all cases. Panics without a case.
 pub fn score(cases: &[Case], gof: &GoodnessOfFit, parameters: &Parameters) -> Result<Score, EvaluateError> {
     Ok(Score::of(outcomes(cases, parameters)?.into_iter().zip(shares(cases, gof)), gof, cases[0].convention.bounds))
 }

@@ -40,9 +40,6 @@ pub struct CalibratedVariant {
 
 impl CalibratedVariant {
     /// A trajectory for its runs.
-    ///
-    /// # Errors
-    /// As [`Case::new`].
     pub fn case(&self, trajectory: &Trajectory, vehicle: Option<&Vehicle>) -> Result<Case, CaseError> {
         let delays = (self.tau_p_upper, self.extension_delay_upper);
         Case::within(trajectory, self.variant, vehicle, self.convention, delays)?.with_history(self.history_s)
@@ -52,7 +49,6 @@ impl CalibratedVariant {
 /// A simulated car that leads the next one.
 #[derive(Debug, Clone, Copy)]
 pub struct Ahead<'a> {
-    /// Its own case.
     pub case: &'a Case,
     /// Its time axis \[s\].
     pub t: &'a [f64],
@@ -80,10 +76,7 @@ pub struct AxisError {
 /// The case of a follower, measured at times `t`, behind a simulated preceding vehicle. The car two ahead is the measured or simulated one
 /// that the preceding vehicle drove behind.
 ///
-/// Positions of two pairs have different origins; the measured start of the shared car gives the difference.
-///
-/// # Errors
-/// [`AxisError`] unless the two share every sample.
+/// Positions of two pairs have different origins; the measured start of the shared car gives the difference. Fails unless the two share every sample.
 pub fn follow(case: &Case, t: &[f64], ahead: Ahead) -> Result<Case, AxisError> {
     if ahead.trace.x.len() != t.len() || ahead.t != t {
         let last = |t: &[f64]| t.last().copied().unwrap_or(f64::NAN);
@@ -114,20 +107,17 @@ const FAR: f64 = 2.0;
 const DESIRED: f64 = 70.0;
 
 /// True if a desired speed is far above the highest one that was driven \[m/s\].
-#[must_use]
 pub fn far_above(v_0: f64, fastest: f64) -> bool {
     v_0 > FAR * fastest
 }
 
 /// The same in words.
-#[must_use]
 pub fn far_above_in_words(v_0: f64, fastest: f64) -> String {
     let unit = if v_0 > DESIRED { ": is it in km/h? m/s are expected" } else { ", so it changes little" };
     format!("v_0 = {v_0} m/s is far above the largest speed of the follower, {fastest:.1} m/s{unit}")
 }
 
 /// The warning about a case with these parameters, if its desired speed is far above the highest driven one.
-#[must_use]
 pub fn far_above_in(case: &Case, parameters: &Parameters) -> Option<String> {
     let (v_0, fastest) = (parameters.get(Symbol::v_0), case.v_f.iter().copied().fold(0.0, f64::max));
     let is_far = case.variant.parameters().contains(&Symbol::v_0) && far_above(v_0, fastest);

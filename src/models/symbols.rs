@@ -6,7 +6,6 @@
 /// Largest number of parameters of the extensions of one model.
 pub const EXTENSION_PARAMETERS: usize = 24;
 
-/// Values of the parameters of extensions.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ExtensionValues([Option<(&'static ExtensionParameter, f64)>; EXTENSION_PARAMETERS]);
 
@@ -145,13 +144,11 @@ pub enum Domain {
 
 impl Domain {
     /// The size below which no equation overflows, in the parameter's unit.
-    #[must_use]
     pub fn most(self) -> f64 {
         if self == Domain::Time { 1e12 } else { 1e9 }
     }
 
     /// True if `value` is inside, and of a size with which no equation overflows.
-    #[must_use]
     pub fn contains(self, value: f64) -> bool {
         value.abs() < self.most()
             && match self {
@@ -163,7 +160,6 @@ impl Domain {
     }
 
     /// In words, for messages.
-    #[must_use]
     pub fn expected(self) -> String {
         let limit = self.most();
         match self {
@@ -183,7 +179,6 @@ macro_rules! symbol_table {
         #[derive(Debug, Clone, Copy)]
         pub enum Symbol {
             $(#[doc = $meaning] $ident,)*
-            /// A parameter of an extension.
             Extension(&'static ExtensionParameter),
         }
 
@@ -202,25 +197,21 @@ macro_rules! symbol_table {
             }
 
             /// The identifier used in code, CSV, JSON and TOML.
-            #[must_use]
             pub fn name(self) -> &'static str {
                 match self { $(Symbol::$ident => stringify!($ident),)* Symbol::Extension(row) => &row.name }
             }
 
             /// The symbol as printed in the paper.
-            #[must_use]
             pub fn paper(self) -> &'static str {
                 match self { $(Symbol::$ident => $paper,)* Symbol::Extension(row) => &row.name }
             }
 
             /// SI unit, `-` if dimensionless.
-            #[must_use]
             pub fn unit(self) -> &'static str {
                 match self { $(Symbol::$ident => $unit,)* Symbol::Extension(row) => &row.unit }
             }
 
             /// Its column in a table: the name with its unit, if any, such as `v_0_mps`.
-            #[must_use]
             pub fn column(self) -> String {
                 let unit = self.unit().replace('²', "2");
                 let unit = match unit.as_str() {
@@ -234,13 +225,11 @@ macro_rules! symbol_table {
             }
 
             /// Its meaning, in words.
-            #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self { $(Symbol::$ident => $meaning,)* Symbol::Extension(row) => &row.meaning }
             }
 
             /// Table 3, or the extension's own bounds.
-            #[must_use]
             pub fn bounds(self) -> Bounds {
                 match self {
                     $(Symbol::$ident => $bounds,)*
@@ -249,13 +238,11 @@ macro_rules! symbol_table {
             }
 
             /// The values for which the equations are defined.
-            #[must_use]
             pub fn domain(self) -> Domain {
                 match self { $(Symbol::$ident => Domain::$domain,)* Symbol::Extension(row) => row.domain() }
             }
 
             /// The symbol of the table with this identifier.
-            #[must_use]
             pub fn from_name(name: &str) -> Option<Symbol> {
                 match name { $(stringify!($ident) => Some(Symbol::$ident),)* _ => None }
             }
@@ -274,7 +261,6 @@ macro_rules! symbol_table {
             pub const NONE: Parameters = Parameters { $($ident: f64::NAN,)* extensions: ExtensionValues::NONE };
 
             /// The value of one symbol.
-            #[must_use]
             pub fn get(&self, symbol: Symbol) -> f64 {
                 match symbol {
                     $(Symbol::$ident => self.$ident,)*
@@ -282,10 +268,7 @@ macro_rules! symbol_table {
                 }
             }
 
-            /// Sets the value of one symbol.
-            ///
-            /// # Panics
-            /// With more than [`EXTENSION_PARAMETERS`] parameters of extensions; such a model is refused before.
+            /// Sets the value of one symbol. Panics with more than [`EXTENSION_PARAMETERS`] parameters of extensions; such a model is refused before.
             pub fn set(&mut self, symbol: Symbol, value: f64) {
                 match symbol {
                     $(Symbol::$ident => self.$ident = value,)*
@@ -320,7 +303,6 @@ symbol_table! {
 impl Symbol {
     /// The neutral value of a parameter of an extension; `None` for those of the table, and for parameters that are
     /// times and not sizes.
-    #[must_use]
     pub fn neutral(self) -> Option<f64> {
         match self {
             Symbol::Extension(row) if row.neutral.is_finite() => Some(row.neutral),
@@ -329,26 +311,22 @@ impl Symbol {
     }
 
     /// True for the parameters of events of an extension: when they happen, and for how long.
-    #[must_use]
     pub fn is_time(self) -> bool {
         matches!(self, Symbol::Extension(row) if row.is_time())
     }
 
     /// True for the parameter of an extension by which everything is perceived later.
-    #[must_use]
     pub fn is_delay(self) -> bool {
         matches!(self, Symbol::Extension(row) if row.role == Role::Delay)
     }
 
     /// True for the durations of events.
-    #[must_use]
     pub fn is_length_of_time(self) -> bool {
         matches!(self, Symbol::Extension(row) if row.is_time() && row.role == Role::Length)
     }
 
     /// Bounds of the start of an event in data from `first` to `last` \[s\]: the data within the event's own bounds. All of the data if
     /// none of them is within, or if their clock begins below 0, because the event's own bounds assume clocks that count from 0.
-    #[must_use]
     pub fn begins_within(self, [first, last]: [f64; 2]) -> [f64; 2] {
         match self.bounds() {
             Bounds::Fixed(lower, upper) if first >= 0.0 && first.max(lower) <= last.min(upper) => {

@@ -7,10 +7,6 @@ use super::html::is_formula;
 use crate::study::table::{Table, Values};
 
 /// The bytes of the file.
-///
-/// # Panics
-/// Never: a `Vec` takes all.
-#[must_use]
 pub fn write(table: &Table) -> Vec<u8> {
     let mut writer = csv::Writer::from_writer(Vec::new());
     let into_memory = "writing into memory does not fail";
@@ -22,7 +18,6 @@ pub fn write(table: &Table) -> Vec<u8> {
 }
 
 /// The first text that a spreadsheet would take for a formula.
-#[must_use]
 pub fn formula(table: &Table) -> Option<&str> {
     let texts = table.columns.iter().filter_map(|column| match &column.values {
         Values::Text(values) => Some(values),

@@ -23,9 +23,7 @@ const SMALLEST: f64 = 9.0;
 pub enum Anchor {
     /// It begins there.
     Start,
-    /// Its middle is there.
     Middle,
-    /// It ends there.
     End,
 }
 
@@ -39,7 +37,6 @@ pub struct Figure {
 
 impl Figure {
     /// An empty picture with a title and small lines below it.
-    #[must_use]
     pub fn new(width: f64, height: f64, title: &str, lines: &[&str]) -> Figure {
         let mut figure = Figure { width, height, body: String::new() };
         figure.fitted([16.0, 28.0], 18.0, width - 32.0, title);
@@ -110,7 +107,6 @@ impl Figure {
         ));
     }
 
-    /// A line.
     pub fn line(&mut self, [x, y]: [f64; 2], [to_x, to_y]: [f64; 2], width: f64, colour: &str) {
         self.push(format_args!(
             "<line x1=\"{x:.1}\" y1=\"{y:.1}\" x2=\"{to_x:.1}\" y2=\"{to_y:.1}\" stroke=\"{colour}\" stroke-width=\"{width}\"/>"
@@ -194,7 +190,6 @@ impl Figure {
     }
 
     /// The text of the SVG.
-    #[must_use]
     pub fn finish(self) -> String {
         let Figure { width, height, body } = self;
         format!(
@@ -219,7 +214,6 @@ pub struct Axis {
 
 impl Axis {
     /// The place of a value.
-    #[must_use]
     pub fn at(&self, value: f64) -> f64 {
         let ([low, high], [from, to]) = (self.values, self.places);
         from + (value - low) / (high - low) * (to - from)
@@ -255,7 +249,6 @@ const STEPS: f64 = 4.0;
 
 impl Plot {
     /// A plot whose axis runs from 0 to a round number above `highest`.
-    #[must_use]
     pub fn new(x: [f64; 2], y: [f64; 2], highest: f64) -> Plot {
         let highest = if highest.is_finite() && highest > 0.0 { highest } else { 1.0 };
         let step = step(highest, STEPS);
@@ -267,13 +260,11 @@ impl Plot {
     }
 
     /// Height of a value \[px\]; values above the axis end at its top.
-    #[must_use]
     pub fn height(&self, value: f64) -> f64 {
         self.values().at(value.clamp(0.0, self.top))
     }
 
     /// The `i`-th of `count` equal steps along x, at `share` of its width \[px\].
-    #[must_use]
     pub fn along(&self, i: usize, count: usize, share: f64) -> f64 {
         self.x[0] + (self.x[1] - self.x[0]) * (i as f64 + share) / count as f64
     }

@@ -10,7 +10,6 @@ pub const HEAD: [&str; 6] = ["own value", "middle", "95 %", "spread", "95 %", "d
 pub const WIDTHS: [usize; 5] = [6, 16, 7, 16, 17];
 
 /// A row per parameter: its middle and its standard deviation over the drivers, with intervals, and the range of the drivers.
-#[must_use]
 pub fn rows(result: &ResultFile) -> Vec<Vec<String>> {
     let between = |ends: [String; 2]| format!("{} to {}", ends[0], ends[1]);
     let row = |(name, own): (&String, &OwnParameter)| {

@@ -40,7 +40,6 @@ pub enum Style {
 
 impl Panel {
     /// A panel with these series.
-    #[must_use]
     pub fn new(label: &str, series: Vec<Series>) -> Panel {
         Panel { label: label.to_owned(), series }
     }
@@ -48,7 +47,6 @@ impl Panel {
 
 impl Series {
     /// A series with these values.
-    #[must_use]
     pub fn new(name: &str, style: Style, values: Vec<f64>) -> Series {
         Series { name: name.to_owned(), style, values }
     }

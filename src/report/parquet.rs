@@ -18,11 +18,8 @@ const GROUP: usize = 100_000;
 /// same.
 const CREATED_BY: &str = concat!("leadlag version ", env!("CARGO_PKG_VERSION"));
 
-/// The bytes of the file; `metadata` are names and texts that readers show beside the schema.
-///
-/// # Panics
-/// If two columns have one name, or not the same number of rows: tables have neither.
-#[must_use]
+/// The bytes of the file; `metadata` are names and texts that readers show beside the schema. Panics if two columns have one name, or not the same
+/// number of rows: tables have neither.
 pub fn write(table: &Table, metadata: &[(&str, &str)]) -> Vec<u8> {
     try_write(table, metadata).expect("columns of one length, in memory")
 }

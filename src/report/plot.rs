@@ -9,10 +9,7 @@ use crate::score::{GoodnessOfFit, Signal};
 /// Label of the measured car ahead.
 pub const AHEAD: &str = "preceding vehicle";
 
-/// Draws s, v and a over time; `ahead` is the label of the car ahead. A failed run is drawn up to its end.
-///
-/// # Errors
-/// When the drawing library fails.
+/// Draws s, v and a over time; `ahead` is the label of the car ahead. A failed run is drawn up to its end. Fails when the drawing library fails.
 pub fn draw(
     title: &str,
     ahead: &str,

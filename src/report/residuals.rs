@@ -47,7 +47,6 @@ impl Simulated {
     }
 
     /// Evidence that the simulation belongs to another drive than the result; none without any.
-    #[must_use]
     pub fn other_drive(&self, entry: &DataEntry) -> Option<String> {
         let ends = [self.t.first(), self.t.last()].map(|t| t.copied().unwrap_or(f64::NAN));
         let alike = ends.iter().zip(entry.window_s).all(|(found, expected)| (found - expected).abs() < SAME);
@@ -62,7 +61,6 @@ impl Simulated {
     }
 
     /// Root mean square error of spacing \[m\], speed \[m/s\] and acceleration \[m/s²\].
-    #[must_use]
     pub fn rms(&self) -> [f64; 3] {
         self.errors().map(|errors| (errors.iter().map(|e| e * e).sum::<f64>() / errors.len() as f64).sqrt())
     }
@@ -87,7 +85,6 @@ impl Simulated {
 
 /// Evidence that simulations do not belong to a result: the error of the spacing differs. `None` if it is the same, or the result has no
 /// error.
-#[must_use]
 pub fn other_errors(all: &[Simulated], result: &ResultFile) -> Option<String> {
     let expected = result.score.get("rmse_s").copied().flatten()?;
     let square = |one: &Simulated| {
@@ -110,7 +107,6 @@ fn slopes(y: &[f64], dt: f64) -> Vec<f64> {
 }
 
 /// The error budget of several trajectories together; none without a compared sample.
-#[must_use]
 pub fn error_budget(all: &[Simulated]) -> Option<Budget> {
     let parts: Vec<(Covariates, [Vec<f64>; 3])> = all.iter().map(|one| (one.scene(), one.errors())).collect();
     let runs: Vec<Errors> = parts
@@ -127,7 +123,6 @@ pub fn error_budget(all: &[Simulated]) -> Option<Budget> {
 
 /// Mean residual, and the range of two thirds of the residuals, in classes of measured speed; `None` if no class has enough
 /// samples.
-#[must_use]
 pub fn over_speed(all: &[Simulated]) -> Option<Chart> {
     let mut classes: std::collections::BTreeMap<usize, Vec<[f64; 3]>> = std::collections::BTreeMap::new();
     for one in all {

@@ -5,11 +5,8 @@ use crate::reference::Trace;
 use crate::simulate::SIMULATION_COLUMNS;
 use std::io::Write;
 
-/// Writes one row per sample: the speed of the preceding vehicle that the follower drove behind, which in a platoon is a simulated one,
-/// the measured follower and its measured spacing, then the simulated follower. After a failed run the simulated columns are empty.
-///
-/// # Errors
-/// When writing fails.
+/// Writes one row per sample: the speed of the preceding vehicle that the follower drove behind, which in a platoon is a simulated one, the measured
+/// follower and its measured spacing, then the simulated follower. After a failed run the simulated columns are empty. Fails when writing fails.
 pub fn write_csv(out: impl Write, t: &[f64], case: &Case, trace: &Trace) -> csv::Result<()> {
     let mut writer = csv::Writer::from_writer(out);
     writer.write_record(SIMULATION_COLUMNS)?;

@@ -24,7 +24,6 @@ pub struct Curve<'a> {
 
 /// A chart of this many columns over a signal and its unit; every column shows the lowest and the highest of its samples and all between them.
 /// Empty without a value.
-#[must_use]
 pub fn chart(label: &str, (t, unit): (&[f64], &str), curves: &[Curve], columns: usize, colours: bool) -> String {
     let finite = || curves.iter().flat_map(|curve| &curve.values).copied().filter(|value| value.is_finite());
     let (low, high) = finite().fold((f64::INFINITY, f64::NEG_INFINITY), |(a, b), v| (a.min(v), b.max(v)));

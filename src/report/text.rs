@@ -11,7 +11,6 @@ use std::fmt::Write;
 use textwrap::{Options, WordSplitter};
 
 /// Model and data, quality of the fit, parameters.
-#[must_use]
 pub fn calibration(result: &ResultFile) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
@@ -311,7 +310,6 @@ const INDENT: usize = 13;
 const INDENT_MAX: usize = WIDTH - 16;
 
 /// A line wrapped to 80 columns: its first part is indented by `first` blanks, the rest by `rest`. A number stays with its unit.
-#[must_use]
 pub fn wrapped(first: usize, rest: usize, line: &str) -> String {
     let [first, rest] = [first, rest].map(|blanks| " ".repeat(blanks.min(INDENT_MAX)));
     let options = Options::new(WIDTH)

@@ -30,7 +30,6 @@ impl Claim {
     }
 
     /// False if the folder has no locks: two runs on it could not detect each other.
-    #[must_use]
     pub fn work(folder: &Folder) -> bool {
         // Another process holds the claim.
         let Some(claim) = Claim::take(folder, "locks") else { return true };
@@ -52,13 +51,11 @@ impl Claim {
 }
 
 /// False if the folder has no locks, so that runs on it cannot detect each other. The folder of claims must exist.
-#[must_use]
 pub fn locks(folder: &Folder) -> bool {
     Claim::work(folder)
 }
 
 /// Number of tasks that running processes have claimed.
-#[must_use]
 pub fn count(folder: &Folder) -> usize {
     let Ok(entries) = fs::read_dir(folder.claims()) else { return 0 };
     let held = |path: PathBuf| {

@@ -50,7 +50,6 @@ pub struct DriveEntry {
 
 impl DriveEntry {
     /// `P3 follower 1`.
-    #[must_use]
     pub fn label(&self) -> String {
         format!("{} follower {}", self.platoon, self.follower)
     }
@@ -71,9 +70,6 @@ pub struct LeftOut {
 
 /// Reads every trajectory of a plan, in its order, and each file once if entries of one file follow each other. Also returns the trajectories left
 /// out of entries for several.
-///
-/// # Errors
-/// [`DriveError`] with the platoon it concerns.
 pub fn read(data: &DataPlan) -> Result<(Vec<Drive>, Vec<LeftOut>), DriveError> {
     let vehicles = match &data.vehicles {
         Some(table) => read_table(&data.folder.join(table))?,

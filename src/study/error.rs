@@ -12,7 +12,6 @@ use std::path::Path;
 
 /// A study that cannot be planned, run or merged.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum StudyError {
     #[error(
         "the plan has {runs} validation runs, expected at most {most}: each winner is validated on all other platoons of its vehicle, {drives} \
@@ -67,7 +66,6 @@ pub enum StudyError {
 
 /// Data of a plan that cannot be used.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum DriveError {
     #[error("{}", unread(platoon, missing.as_deref()))]
     Import { platoon: String, missing: Option<String>, source: Box<ImportError> },

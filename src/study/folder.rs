@@ -39,7 +39,6 @@ pub struct StudyFile {
     pub schema_version: u32,
     /// The program that planned it.
     pub program: String,
-    /// Name of the study.
     pub name: String,
     /// The data folder, absolute.
     pub data_folder: PathBuf,
@@ -55,7 +54,6 @@ pub struct StudyFile {
     pub laws: Vec<StoredExtension>,
     /// Calibrations per trajectory, variant and goodness of fit.
     pub replicates: u64,
-    /// The one seed.
     pub seed: u64,
     /// The algorithm.
     pub optimizer: String,
@@ -69,7 +67,6 @@ pub struct StudyFile {
 
 impl StudyFile {
     /// Parameters of extensions and laws that are not in the paper's table; of those that this program can read.
-    #[must_use]
     pub fn own_parameters(&self) -> Vec<Symbol> {
         let extensions = self.extensions.iter().filter_map(|stored| stored.read().ok().flatten());
         let mut own: Vec<Symbol> = Vec::new();
@@ -83,17 +80,13 @@ impl StudyFile {
     }
 
     /// The laws among the base models; of those that this program can read.
-    #[must_use]
     pub fn read_laws(&self) -> Vec<&'static Extension> {
         self.laws.iter().filter_map(|stored| stored.read().ok().flatten()).collect()
     }
 }
 
 impl Folder {
-    /// Lays a study out in a folder: plan, settings and tasks. Existing parts stay.
-    ///
-    /// # Errors
-    /// [`StudyError::ForeignPlan`], or when the folder cannot be written.
+    /// Lays a study out in a folder: plan, settings and tasks. Existing parts stay. Fails if the folder has another plan, or cannot be written.
     pub fn create(path: &Path, plan: &str, study: &Study) -> Result<Folder, StudyError> {
         let folder = Folder { path: path.to_owned() };
         let copy = path.join("plan.toml");
@@ -135,9 +128,6 @@ impl Folder {
     }
 
     /// An existing study.
-    ///
-    /// # Errors
-    /// [`StudyError::NoStudy`], or [`StudyError::PlanForFolder`] when a file is named.
     pub fn open(path: &Path) -> Result<Folder, StudyError> {
         let shown = path.display().to_string();
         if path.is_file() {
@@ -149,19 +139,13 @@ impl Folder {
         Ok(Folder { path: path.to_owned() })
     }
 
-    /// Creates missing folders of parts, claims and runs, because copies of a study lose empty ones.
-    ///
-    /// # Errors
-    /// When one cannot be made.
+    /// Creates missing folders of parts, claims and runs, because copies of a study lose empty ones. Fails when one cannot be made.
     pub fn make(&self) -> Result<(), StudyError> {
         let folders = [self.parts(), self.claims(), self.runs()];
         folders.iter().try_for_each(|path| fs::create_dir_all(path).map_err(StudyError::file(path, "make the folder")))
     }
 
     /// The tasks, in the order of all tables.
-    ///
-    /// # Errors
-    /// [`StudyError::HalfPlanned`], or when the list cannot be read.
     pub fn tasks(&self) -> Result<Vec<Task>, StudyError> {
         let path = self.path.join("tasks.jsonl");
         let failed = || StudyError::file(&path, "read the tasks");
@@ -187,10 +171,7 @@ impl Folder {
         tasks
     }
 
-    /// The plan, read.
-    ///
-    /// # Errors
-    /// When it cannot be read, or is of another version.
+    /// The plan, read. Fails when it cannot be read, or is of another version.
     pub fn study_file(&self) -> Result<StudyFile, StudyError> {
         let path = self.path.join("study.json");
         let text = bounded::read_to_string(&path, RESULT_MAX).map_err(StudyError::file(&path, "read the study"))?;
@@ -199,10 +180,7 @@ impl Folder {
             .ok_or_else(|| self.content(&path, 1, "a study.json of this version of the program"))
     }
 
-    /// The plan as given, with the name, the data folder and the extensions in the study.
-    ///
-    /// # Errors
-    /// When it is unreadable, or no longer valid.
+    /// The plan as given, with the name, the data folder and the extensions in the study. Fails when it is unreadable, or no longer valid.
     pub fn plan(&self) -> Result<Plan, StudyError> {
         let file = self.study_file()?;
         let mut plan = Plan::read_with(&self.path.join("plan.toml"), &[file.extensions, file.laws].concat())?;
@@ -212,9 +190,6 @@ impl Folder {
     }
 
     /// The plan of a file, and whether a study keeps it: then its name, its data folder and its extensions are those of the study.
-    ///
-    /// # Errors
-    /// As [`Plan::read`].
     pub fn plan_of(file: &Path) -> Result<(Plan, bool), StudyError> {
         let kept = file.parent().filter(|_| file.file_name().is_some_and(|name| name == "plan.toml"));
         let kept = kept.and_then(|folder| Folder::open(folder).ok()).filter(|folder| folder.study_file().is_ok());
@@ -224,10 +199,7 @@ impl Folder {
         })
     }
 
-    /// The plan with its data, read again; they must still give the planned tasks.
-    ///
-    /// # Errors
-    /// [`StudyError::Changed`], and all errors of reading data.
+    /// The plan with its data, read again; they must still give the planned tasks. Fails if the data have changed.
     pub fn study(&self, data: Option<&Path>) -> Result<(Study, Vec<Task>), StudyError> {
         let mut plan = self.plan()?;
         if let Some(data) = data {
@@ -254,43 +226,36 @@ impl Folder {
     }
 
     /// The folder itself.
-    #[must_use]
     pub fn path(&self) -> &Path {
         &self.path
     }
 
     /// Finished tasks.
-    #[must_use]
     pub fn parts(&self) -> PathBuf {
         self.path.join("parts")
     }
 
     /// The part of a task.
-    #[must_use]
     pub fn part(&self, id: &str) -> PathBuf {
         self.path.join("parts").join(format!("{id}.json"))
     }
 
     /// Tasks under way.
-    #[must_use]
     pub fn claims(&self) -> PathBuf {
         self.path.join("claims")
     }
 
     /// Work of each process.
-    #[must_use]
     pub fn runs(&self) -> PathBuf {
         self.path.join("runs")
     }
 
     /// The tables.
-    #[must_use]
     pub fn merged(&self) -> PathBuf {
         self.path.join("merged")
     }
 
     /// Tables and figures beside the paper's.
-    #[must_use]
     pub fn report(&self) -> PathBuf {
         self.path.join("report")
     }
@@ -314,10 +279,7 @@ impl Folder {
     }
 }
 
-/// Writes a file completely, or leaves the old one.
-///
-/// # Errors
-/// When it cannot be written; then nothing of it remains.
+/// Writes a file completely, or leaves the old one. Fails when it cannot be written; then nothing of it remains.
 pub fn write_whole(path: &Path, content: &[u8]) -> Result<(), StudyError> {
     whole::write(path, content).map_err(StudyError::file(path, "write the file"))
 }

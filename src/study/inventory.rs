@@ -30,18 +30,16 @@ pub struct Inventory {
 
 impl Inventory {
     /// Number of tasks with a part.
-    #[must_use]
     pub fn done(&self) -> usize {
         self.parts.len() - self.missing.len()
     }
 
     /// The best replicate of each goodness of fit, variant and trajectory, in the order of the tasks; of equal ones the first.
-    #[must_use]
     pub fn winners(&self) -> Vec<&Part> {
-        let key = |part: &Part| {
+        fn key(part: &Part) -> (&str, &str, &str, usize) {
             let CalibrationRow { gof, variant, platoon, follower, .. } = &part.calibration;
-            (gof.clone(), variant.clone(), platoon.clone(), *follower)
-        };
+            (gof, variant, platoon, *follower)
+        }
         let mut best: HashMap<_, (f64, &str)> = HashMap::new();
         for part in self.parts.iter().flatten() {
             let Some(score) = part.calibration.score else { continue };
@@ -55,17 +53,13 @@ impl Inventory {
     }
 
     /// Number of calibrations without a result.
-    #[must_use]
     pub fn failed(&self) -> usize {
         self.parts.iter().flatten().filter(|part| !part.calibration.success).count()
     }
 }
 
-/// Looks through `parts/` of the study, and through further folders of parts. Every file counts, whatever its name; those that have the
-/// name of their task come first.
-///
-/// # Errors
-/// When a folder cannot be read.
+/// Looks through `parts/` of the study, and through further folders of parts. Every file counts, whatever its name; those that have the name of their
+/// task come first. Fails when a folder cannot be read.
 pub fn look(folder: &Folder, tasks: &[Task], further: &[PathBuf]) -> Result<Inventory, StudyError> {
     let index: HashMap<&str, usize> = tasks.iter().enumerate().map(|(i, task)| (task.id.as_str(), i)).collect();
     let mut inventory = Inventory { parts: tasks.iter().map(|_| None).collect(), ..Inventory::default() };

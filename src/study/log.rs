@@ -97,7 +97,6 @@ pub struct PastRuns {
 }
 
 /// Adds up the logs of the runs on a folder.
-#[must_use]
 pub fn past_runs(folder: &Folder) -> PastRuns {
     let mut past = PastRuns::default();
     for path in std::fs::read_dir(folder.runs()).into_iter().flatten().flatten().map(|entry| entry.path()) {

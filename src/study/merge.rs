@@ -24,7 +24,6 @@ pub struct Merged {
 }
 
 /// Names of the measures as columns, with their units, if any.
-#[must_use]
 pub fn measure_columns() -> Vec<String> {
     let unit = |name: &str| match name {
         "rmse_s" => "_m",
@@ -57,7 +56,6 @@ pub(crate) fn column_clash(taken: &[String], columns: &[(Symbol, String)]) -> Op
 }
 
 /// The tables of the present parts.
-#[must_use]
 pub fn merge(study: &StudyFile, tasks: &[Task], inventory: &Inventory) -> Merged {
     let parts: Vec<&Part> = inventory.parts.iter().flatten().collect();
     let winners: HashSet<&str> = inventory.winners().iter().map(|part| part.id.as_str()).collect();

@@ -50,7 +50,6 @@ pub struct CalibrationRow {
     pub replicate: u64,
     /// Evaluator of the candidates.
     pub evaluator: String,
-    /// In which precision.
     pub precision: String,
     /// On which device; `None` on the CPU.
     pub adapter: Option<String>,
@@ -107,7 +106,6 @@ pub struct RunRow {
 
 impl Part {
     /// The bytes of the file.
-    #[must_use]
     pub fn encode(&self) -> Vec<u8> {
         let json = serde_json::to_string(self).expect("names and finite numbers are valid JSON");
         let sum = sha256(json.as_bytes());
@@ -115,7 +113,6 @@ impl Part {
     }
 
     /// Reads the bytes of a file; `None` if they are not a complete part of this version.
-    #[must_use]
     pub fn decode(bytes: &[u8]) -> Option<Part> {
         let text = std::str::from_utf8(bytes).ok()?;
         let (json, rest) = text.split_once('\n')?;

@@ -97,11 +97,9 @@ struct Shared<'a> {
     by_others: AtomicU64,
 }
 
-/// Runs the chosen tasks, except those with complete parts. Tasks that another run works on are left to it, and awaited, unless the
-/// settings say otherwise. `interrupted` ends the run early and keeps finished tasks. `tell` is called from this thread.
-///
-/// # Errors
-/// When a part cannot be written or the evaluator fails; finished parts are kept.
+/// Runs the chosen tasks, except those with complete parts. Tasks that another run works on are left to it, and awaited, unless the settings say
+/// otherwise. `interrupted` ends the run early and keeps finished tasks. `tell` is called from this thread. Fails when a part cannot be written or
+/// the evaluator fails; finished parts are kept.
 pub fn run(
     assignment: Assignment,
     settings: &RunSettings,

@@ -81,10 +81,8 @@ pub struct Study {
 }
 
 impl Study {
-    /// Reads the data of a plan and checks that every variant can be calibrated on every trajectory.
-    ///
-    /// # Errors
-    /// For missing or broken data, or a variant without its data.
+    /// Reads the data of a plan and checks that every variant can be calibrated on every trajectory. Fails for missing or broken data, or a variant
+    /// without its data.
     pub fn open(plan: Plan) -> Result<Study, StudyError> {
         let (drives, left_out) = drive::read(&plan.data)?;
         let any = Variant::from_id(1).expect("variant 1 exists");
@@ -154,7 +152,6 @@ impl Study {
     }
 
     /// The validation runs of all winners, without listing them: they grow with the square of the trajectories of a vehicle.
-    #[must_use]
     pub fn validation_runs(&self) -> u64 {
         let mut together: HashMap<(&str, &str), u64> = HashMap::new();
         for DriveEntry { platoon, vehicle, .. } in self.drives.iter().map(|drive| &drive.entry) {
@@ -171,7 +168,6 @@ impl Study {
     }
 
     /// The drives that a calibration on drive `index` is validated on.
-    #[must_use]
     pub fn validated_on(&self, index: usize) -> Vec<usize> {
         let own = &self.drives[index].entry;
         match self.plan.validation {
@@ -184,7 +180,6 @@ impl Study {
     }
 
     /// Every task, in the order of all tables: goodness of fit, variant, trajectory, replicate.
-    #[must_use]
     pub fn tasks(&self) -> Vec<Task> {
         let settings = &self.plan.calibration;
         let validated: Vec<Vec<usize>> = (0..self.drives.len()).map(|i| self.validated_on(i)).collect();
@@ -248,7 +243,6 @@ impl Study {
 }
 
 /// The variant that a name means, of Table 1 or of one of the laws; extensions come last in a name and are left out.
-#[must_use]
 pub fn without_extensions(name: &str, laws: &[&'static Extension]) -> Option<Variant> {
     let parsed = Variant::named(name, laws).ok();
     parsed.or_else(|| without_extensions(name.rsplit_once('+')?.0, laws))
@@ -268,10 +262,7 @@ pub struct Shard {
 pub struct NotAShard(String);
 
 impl Shard {
-    /// Share `number`, counted from 1, of `count`.
-    ///
-    /// # Errors
-    /// [`NotAShard`] unless `number` is one of 1 to `count`.
+    /// Share `number`, counted from 1, of `count`. Fails unless `number` is one of 1 to `count`.
     pub fn new(number: usize, count: usize) -> Result<Shard, NotAShard> {
         let is_one = (1..=count).contains(&number);
         is_one.then_some(Shard { number, count }).ok_or_else(|| NotAShard(format!("{number}/{count}")))
@@ -279,7 +270,6 @@ impl Shard {
 
     /// Indices of its tasks: shares differ by at most one task. Each is a range of the tasks, so that one process batches whole variants,
     /// in an order of the variants unrelated to Table 1, because the cost of a task follows a pattern there.
-    #[must_use]
     pub fn of(self, tasks: &[Task]) -> Vec<usize> {
         let mut order: Vec<(String, usize)> = (0..tasks.len())
             .map(|i| (sha256(format!("{} {}", tasks[i].gof, tasks[i].variant).as_bytes()), i))
@@ -310,10 +300,8 @@ impl FromStr for Shard {
     }
 }
 
-/// Indices of tasks by their ids or beginnings of these, each once, in the order of the tasks.
-///
-/// # Errors
-/// [`StudyError::NoTask`] for a text that is not the beginning of exactly one id.
+/// Indices of tasks by their ids or beginnings of these, each once, in the order of the tasks. Fails for a text that is not the beginning of exactly
+/// one id.
 pub fn chosen(ids: &[String], tasks: &[Task]) -> Result<Vec<usize>, StudyError> {
     let named = |id: &String| {
         let found: Vec<usize> = (0..tasks.len()).filter(|&i| tasks[i].id.starts_with(id)).collect();

@@ -20,7 +20,6 @@ pub struct Verified {
 }
 
 /// The tasks of a random share of the present parts, at least one, in the order of the plan.
-#[must_use]
 pub fn drawn(inventory: &Inventory, share: f64, seed: u64) -> Vec<usize> {
     let there = inventory.parts.iter().enumerate().filter_map(|(i, part)| Some((i, part.as_ref()?)));
     let mut shuffled: Vec<(String, usize)> =
@@ -33,9 +32,6 @@ pub fn drawn(inventory: &Inventory, share: f64, seed: u64) -> Vec<usize> {
 }
 
 /// Computes these tasks again, in a temporary folder of the system, and compares. Another program may have computed a part.
-///
-/// # Errors
-/// As [`run`], and when no temporary folder can be made.
 pub fn verify(
     assignment: Assignment,
     inventory: &Inventory,

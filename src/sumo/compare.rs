@@ -18,7 +18,6 @@ pub struct Loss {
 /// Loss of the export.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
-    /// Samples compared.
     pub samples: usize,
     /// Spacing \[m\].
     pub spacing_m: Loss,
@@ -28,14 +27,12 @@ pub struct Comparison {
     pub accel_mps2: Loss,
     /// NRMSE(s,v,a) against the measured follower: of leadlag.
     pub nrmse_sva: f64,
-    /// And of SUMO.
     pub sumo_nrmse_sva: f64,
     /// True if the follower of SUMO collided with the leader.
     pub collision: bool,
 }
 
 /// Compares the follower of SUMO with that of leadlag.
-#[must_use]
 pub fn compare(drive: &Drive, sumo: &Motion) -> Comparison {
     let loss = |ours: &[f64], theirs: &[f64]| {
         let differences = ours.iter().zip(theirs).map(|(ours, theirs)| (theirs - ours).abs());

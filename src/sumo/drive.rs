@@ -34,10 +34,7 @@ pub struct Drive {
 }
 
 impl Drive {
-    /// Reads a `simulation.csv` from the sample `first` on.
-    ///
-    /// # Errors
-    /// When the file is not one, or its run ended early.
+    /// Reads a `simulation.csv` from the sample `first` on. Fails when the file is not one, or its run ended early.
     pub fn read(path: &Path, first: usize, dt: f64) -> Result<Drive, SumoError> {
         let read = |source| SumoError::Read { path: path.to_owned(), source };
         let wrong = |problem: String| SumoError::Drive { path: path.to_owned(), problem };

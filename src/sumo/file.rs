@@ -7,13 +7,11 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use std::path::Path;
 
-/// Version of the file.
 const SCHEMA_VERSION: u64 = 1;
 
 /// An export to SUMO, in the form of `loss.json`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Export {
-    /// Version of the file.
     pub schema_version: u64,
     /// SHA-256 of the result.json that was exported.
     pub result_sha256: String,
@@ -30,7 +28,6 @@ pub struct Export {
     pub added: Vec<String>,
     /// Version of SUMO; none if it was not run.
     pub sumo: Option<String>,
-    /// The drives.
     pub data: Vec<ExportedDrive>,
     /// Losses on each of them; empty if SUMO was not run.
     pub loss: Vec<Comparison>,
@@ -49,7 +46,6 @@ pub struct ExportedDrive {
 
 impl Export {
     /// An export of a result, with its loss per drive.
-    #[must_use]
     pub fn new(
         (result, result_sha256): (&ResultFile, String),
         vtype: &VehicleType,
@@ -77,10 +73,7 @@ impl Export {
         }
     }
 
-    /// Reads `loss.json`; none without such a file.
-    ///
-    /// # Errors
-    /// [`SumoError::Io`] if it is unreadable or of another version.
+    /// Reads `loss.json`; none without such a file. Fails if it is unreadable or of another version.
     pub fn read(path: &Path) -> Result<Option<Export>, SumoError> {
         let what = || format!("{}: expected what `leadlag export sumo` of this version wrote", path.display());
         let text = match bounded::read_to_string(path, RESULT_MAX) {

@@ -14,21 +14,20 @@ pub use file::{Export, ExportedDrive};
 pub use run::{Sumo, files, find};
 pub use vtype::{Distribution, Model, VehicleType, export};
 
-use crate::text::option::{SUMO, TO_MODEL};
+use crate::text::option::{SUMO, TO};
 use std::io;
 use std::path::PathBuf;
 
 /// An export to SUMO that failed.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum SumoError {
     #[error(
         "SUMO has no car-following model like {base}: {why}; calibrate idm (SUMO: IDM) or l-cth (SUMO: ACC) on the same data \
          and export that"
     )]
     NoCounterpart { base: &'static str, why: &'static str },
-    #[error("{TO_MODEL} {asked}: {base} can be exported as {possible}")]
+    #[error("{TO} {asked}: {base} can be exported as {possible}")]
     WrongModel { asked: &'static str, base: &'static str, possible: &'static str },
     #[error("{path}: cannot read the simulated drive")]
     Read { path: PathBuf, source: csv::Error },

@@ -28,10 +28,7 @@ pub struct Sumo {
     pub version: String,
 }
 
-/// Finds SUMO: as given, otherwise below `SUMO_HOME`, otherwise on the path.
-///
-/// # Errors
-/// [`SumoError::NoSumo`] with the places that were searched.
+/// Finds SUMO: as given, otherwise below `SUMO_HOME`, otherwise on the path. The error names the places that were searched.
 pub fn find(given: Option<&Path>) -> Result<Sumo, SumoError> {
     let name = format!("sumo{}", std::env::consts::EXE_SUFFIX);
     let home = std::env::var_os("SUMO_HOME").map(|home| PathBuf::from(home).join("bin").join(&name));
@@ -54,17 +51,13 @@ pub fn find(given: Option<&Path>) -> Result<Sumo, SumoError> {
 }
 
 /// Names of the files of a drive for SUMO: road, demand, and SUMO's output.
-#[must_use]
 pub fn files(suffix: &str) -> [String; 3] {
     [format!("road{suffix}.net.xml"), format!("demand{suffix}.rou.xml"), format!("sumo{suffix}.log")]
 }
 
 impl Sumo {
-    /// The follower of the exported type behind the leader of the drive, from the same first state. SUMO's input and output are written
-    /// to `folder`, by the names of [`files`].
-    ///
-    /// # Errors
-    /// When files cannot be written, or SUMO ends early.
+    /// The follower of the exported type behind the leader of the drive, from the same first state. SUMO's input and output are written to `folder`,
+    /// by the names of [`files`]. Fails when files cannot be written, or SUMO ends early.
     pub fn follow(&self, vtype: &VehicleType, drive: &Drive, folder: &Path, suffix: &str) -> Result<Motion, SumoError> {
         let [road_name, demand_name, log_name] = files(suffix);
         let write = |name: &str, text: String| {

@@ -26,13 +26,11 @@ pub enum Model {
 impl Model {
     /// `--step-method.ballistic` for models of SUMO with the equations of leadlag: positions by the mean speed of a step, as in Eq. 1. With
     /// it, SUMO's Krauss has another safe speed.
-    #[must_use]
     pub fn ballistic(self) -> &'static str {
         if self == Model::Krauss { "false" } else { "true" }
     }
 }
 
-/// A vehicle type.
 #[derive(Debug, Clone, PartialEq)]
 pub struct VehicleType {
     /// The model that is used.
@@ -55,10 +53,7 @@ const DEFAULT_STEP_S: f64 = 1.0;
 /// `collisionAvoidanceOverride` of ACC \[m/s\]: so large that its safe speed never replaces the control law.
 const NEVER: f64 = 1000.0;
 
-/// The vehicle type nearest to a calibrated variant.
-///
-/// # Errors
-/// [`SumoError::NoCounterpart`] if SUMO has no such model.
+/// The vehicle type nearest to a calibrated variant. Fails if SUMO has no such model.
 pub fn export(calibrated: &CalibratedVariant, asked: Option<Model>) -> Result<VehicleType, SumoError> {
     let variant = &calibrated.variant;
     let base = variant.base.name;
@@ -93,119 +88,98 @@ pub fn export(calibrated: &CalibratedVariant, asked: Option<Model>) -> Result<Ve
     Ok(vtype)
 }
 
-fn idm(calibrated: &CalibratedVariant, model: Model) -> VehicleType {
-    let p = |symbol: Symbol| calibrated.parameters.get(symbol);
-    let decel = -p(Symbol::a_min);
+/// The attributes that every model has, with its largest acceleration, its comfortable and its hardest braking \[m/s²\], and one of its own.
+fn common(
+    calibrated: &CalibratedVariant,
+    model: Model,
+    [accel, decel, emergency]: [f64; 3],
+    own: Option<(&'static str, String)>,
+) -> VehicleType {
+    let p = |symbol: Symbol| calibrated.parameters.get(symbol).to_string();
     let mut attributes = vec![
         ("carFollowModel", model.into_str().to_owned()),
-        ("accel", p(Symbol::a_max).to_string()),
+        ("accel", accel.to_string()),
         ("decel", decel.to_string()),
-        ("emergencyDecel", decel.max(EMERGENCY).to_string()),
-        ("tau", p(Symbol::t_h).to_string()),
-        ("minGap", p(Symbol::d_0).to_string()),
-        ("delta", p(Symbol::delta).to_string()),
-        ("maxSpeed", p(Symbol::v_0).to_string()),
-        ("speedFactor", "1".to_owned()),
-        ("speedDev", "0".to_owned()),
+        ("emergencyDecel", emergency.to_string()),
     ];
-    let mut added = vec![format!("braking is limited to {} m/s2", decel.max(EMERGENCY))];
+    attributes.extend((model != Model::W99).then(|| ("tau", p(Symbol::t_h))));
+    attributes.push(("minGap", p(Symbol::d_0)));
+    attributes.extend(own);
+    attributes.extend([("maxSpeed", p(Symbol::v_0)), ("speedFactor", "1".to_owned()), ("speedDev", "0".to_owned())]);
+    VehicleType { model, attributes, lost: Vec::new(), added: Vec::new() }
+}
+
+/// The limits of a model with the parameters of the IDM.
+fn limits(calibrated: &CalibratedVariant) -> [f64; 3] {
+    let decel = -calibrated.parameters.get(Symbol::a_min);
+    [calibrated.parameters.get(Symbol::a_max), decel, decel.max(EMERGENCY)]
+}
+
+fn idm(calibrated: &CalibratedVariant, model: Model) -> VehicleType {
+    let p = |symbol: Symbol| calibrated.parameters.get(symbol).to_string();
+    let limits = limits(calibrated);
+    let mut vtype = common(calibrated, model, limits, Some(("delta", p(Symbol::delta))));
+    vtype.added.push(format!("braking is limited to {} m/s2", limits[2]));
     if model == Model::Eidm {
         // Its noise off, its jerk limit ineffective; the rest is the improved IDM with a reaction time.
         for name in ["sigmaleader", "sigmagap", "sigmaerror", "ccoolness"] {
-            attributes.push((name, "0".to_owned()));
+            vtype.attributes.push((name, "0".to_owned()));
         }
-        attributes.push(("jerkmax", "100".to_owned()));
-        let reaction = if calibrated.variant.delay { p(Symbol::tau_p) } else { 0.0 };
-        attributes.push(("treaction", reaction.to_string()));
-        added.push("EIDM is the improved IDM with a drive-off term: another equation, whose parameters only have the same names".to_owned());
+        vtype.attributes.push(("jerkmax", "100".to_owned()));
+        let reaction = if calibrated.variant.delay { p(Symbol::tau_p) } else { "0".to_owned() };
+        vtype.attributes.push(("treaction", reaction));
+        vtype.added.push("EIDM is the improved IDM with a drive-off term: another equation, whose parameters only have the same names".to_owned());
     }
-    VehicleType { model, attributes, lost: Vec::new(), added }
+    vtype
 }
 
 fn acc(calibrated: &CalibratedVariant) -> VehicleType {
     let p = |symbol: Symbol| calibrated.parameters.get(symbol);
     let (k_s, k_v) = (p(Symbol::k_s).to_string(), p(Symbol::k_v).to_string());
-    let mut attributes = vec![
-        ("carFollowModel", Model::Acc.into_str().to_owned()),
-        ("accel", UPPER.to_string()),
-        ("decel", LOWER.to_string()),
-        ("emergencyDecel", EMERGENCY.to_string()),
-        ("tau", p(Symbol::t_h).to_string()),
-        ("minGap", p(Symbol::d_0).to_string()),
-        ("maxSpeed", p(Symbol::v_0).to_string()),
-        ("speedFactor", "1".to_owned()),
-        ("speedDev", "0".to_owned()),
-        // Speed minus desired speed is multiplied by it, so it is negative.
-        ("speedControlGain", (-p(Symbol::k_0)).to_string()),
-    ];
+    let mut vtype = common(calibrated, Model::Acc, [UPPER, LOWER, EMERGENCY], None);
+    // Speed minus desired speed is multiplied by it, so it is negative.
+    vtype.attributes.push(("speedControlGain", (-p(Symbol::k_0)).to_string()));
     // The same law in all three of its modes, because Eq. 6 has only one.
     for name in ["gapControlGainSpace", "gapClosingControlGainSpace", "collisionAvoidanceGainSpace"] {
-        attributes.push((name, k_s.clone()));
+        vtype.attributes.push((name, k_s.clone()));
     }
     for name in ["gapControlGainSpeed", "gapClosingControlGainSpeed", "collisionAvoidanceGainSpeed"] {
-        attributes.push((name, k_v.clone()));
+        vtype.attributes.push((name, k_v.clone()));
     }
-    attributes.push(("collisionAvoidanceOverride", NEVER.to_string()));
-    let mut added = vec![format!("acceleration is limited to {UPPER}, braking to {EMERGENCY} m/s2")];
-    if calibrated.variant.law().is_some() {
-        added.push("the speed never exceeds v_0".to_owned());
-    } else {
-        added.push(
-            "the desired spacing has an additional margin of clamp(75/v - 5, 0, 2) m: 2 m below 10.7 m/s, none above 15 m/s"
-                .to_owned(),
-        );
-        added.push(
+    vtype.attributes.push(("collisionAvoidanceOverride", NEVER.to_string()));
+    vtype.added.push(format!("acceleration is limited to {UPPER}, braking to {EMERGENCY} m/s2"));
+    let further: &[&str] = match calibrated.variant.law() {
+        Some(_) => &["the speed never exceeds v_0"],
+        None => &[
+            "the desired spacing has an additional margin of clamp(75/v - 5, 0, 2) m: 2 m below 10.7 m/s, none above 15 m/s",
             "the law for the speed is used beyond a gap of 120 m instead of whenever it gives less acceleration (Eq. 6), and the \
-             speed never exceeds v_0"
-                .to_owned(),
-        );
-    }
-    VehicleType { model: Model::Acc, attributes, lost: Vec::new(), added }
+             speed never exceeds v_0",
+        ],
+    };
+    vtype.added.extend(further.iter().map(|sentence| (*sentence).to_owned()));
+    vtype
 }
 
 fn krauss(calibrated: &CalibratedVariant) -> VehicleType {
-    let p = |symbol: Symbol| calibrated.parameters.get(symbol);
-    let decel = -p(Symbol::a_min);
-    let attributes = vec![
-        ("carFollowModel", Model::Krauss.into_str().to_owned()),
-        ("accel", p(Symbol::a_max).to_string()),
-        ("decel", decel.to_string()),
-        ("emergencyDecel", decel.max(EMERGENCY).to_string()),
-        ("tau", p(Symbol::t_h).to_string()),
-        ("minGap", p(Symbol::d_0).to_string()),
-        ("sigma", "0".to_owned()),
-        ("maxSpeed", p(Symbol::v_0).to_string()),
-        ("speedFactor", "1".to_owned()),
-        ("speedDev", "0".to_owned()),
-    ];
+    let limits = limits(calibrated);
     let added = vec![
         "positions use the new speed of a step, which is SUMO's default: with the ballistic update it has another safe speed"
             .to_owned(),
-        format!("braking is limited to {} m/s2", decel.max(EMERGENCY)),
+        format!("braking is limited to {} m/s2", limits[2]),
     ];
-    VehicleType { model: Model::Krauss, attributes, lost: Vec::new(), added }
+    VehicleType { added, ..common(calibrated, Model::Krauss, limits, Some(("sigma", "0".to_owned()))) }
 }
 
 /// The parameters of W99 that belong to its law, in the order of its file.
 const CC: [&str; 9] = ["cc1", "cc2", "cc3", "cc4", "cc5", "cc6", "cc7", "cc8", "cc9"];
 
 fn w99(calibrated: &CalibratedVariant) -> VehicleType {
-    let p = |symbol: Symbol| calibrated.parameters.get(symbol);
     let own = calibrated.variant.law().into_iter().flat_map(|law| law.own_parameters());
-    let values: Vec<String> = own.map(|symbol| p(symbol).to_string()).collect();
-    let mut attributes = vec![
-        ("carFollowModel", Model::W99.into_str().to_owned()),
-        ("accel", values[7].clone()),
-        ("decel", EMERGENCY.to_string()),
-        ("emergencyDecel", EMERGENCY.to_string()),
-        ("minGap", p(Symbol::d_0).to_string()),
-        ("maxSpeed", p(Symbol::v_0).to_string()),
-        ("speedFactor", "1".to_owned()),
-        ("speedDev", "0".to_owned()),
-    ];
-    attributes.extend(CC.into_iter().zip(values));
-    let added = vec!["SUMO draws random numbers; the law uses their means".to_owned()];
-    VehicleType { model: Model::W99, attributes, lost: Vec::new(), added }
+    let values: Vec<f64> = own.map(|symbol| calibrated.parameters.get(symbol)).collect();
+    let mut vtype = common(calibrated, Model::W99, [values[7], EMERGENCY, EMERGENCY], None);
+    vtype.attributes.extend(CC.into_iter().zip(values.iter().map(ToString::to_string)));
+    vtype.added.push("SUMO draws random numbers; the law uses their means".to_owned());
+    vtype
 }
 
 /// Parts that no model of SUMO has.
@@ -262,7 +236,6 @@ impl VehicleType {
     }
 
     /// An additional file of SUMO with this one type; `about` gives its origin in a comment.
-    #[must_use]
     pub fn to_xml(&self, id: &str, about: &str) -> String {
         let mut xml = "<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n".to_owned();
         let _ = writeln!(xml, "<!-- {} -->", comment(about));
@@ -295,7 +268,6 @@ pub struct Distribution {
 
 impl Distribution {
     /// Sentences about all types: missing parts and additional effects.
-    #[must_use]
     pub fn common(&self) -> Vec<(&'static str, &String)> {
         let first = self.types.iter().take(1).flat_map(|(_, vtype)| vtype.sentences());
         first
@@ -304,7 +276,6 @@ impl Distribution {
     }
 
     /// An additional file of SUMO with a `vTypeDistribution` of this id; `about` gives its origin in a comment.
-    #[must_use]
     pub fn to_xml(&self, id: &str, about: &str) -> String {
         let mut xml = format!("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<!-- {} -->\n", comment(about));
         let common = self.common();

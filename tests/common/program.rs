@@ -32,6 +32,34 @@ pub fn ok(arguments: &[&str]) -> String {
     stdout(&succeeds(arguments))
 }
 
+/// A short calibration of `idm`, which must succeed.
+pub fn quick(file: &Path, out: &Path, more: &[&str]) -> Output {
+    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(out)];
+    succeeds(&[&["calibrate", text(file)], &search[..], more].concat())
+}
+
+/// A table with every row but the header changed.
+pub fn edited(table: &str, mut change: impl FnMut(usize, &mut [String])) -> String {
+    let row = |(i, line): (usize, &str)| {
+        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
+        if i > 0 {
+            change(i, &mut fields);
+        }
+        fields.join(",") + "\n"
+    };
+    table.lines().enumerate().map(row).collect()
+}
+
+/// Multiplies a number in a field.
+pub fn scale(field: &mut String, factor: f64) {
+    *field = (field.parse::<f64>().expect("a number") * factor).to_string();
+}
+
+/// Words with one blank between them, wherever the lines end.
+pub fn flat(text: &str) -> String {
+    text.split_whitespace().collect::<Vec<_>>().join(" ")
+}
+
 /// The JSON of a command that must succeed.
 pub fn json(arguments: &[&str]) -> Value {
     serde_json::from_str(&ok(arguments)).expect("JSON")
@@ -83,6 +111,25 @@ pub fn fails(arguments: &[&str]) -> (i32, String) {
     assert!(!output.status.success(), "{arguments:?} should fail");
     assert_eq!(stdout(&output), "", "{arguments:?}: stdout is for results only");
     (output.status.code().expect("no signal"), stderr(&output))
+}
+
+/// stderr of a command that failed.
+pub struct Refused(pub String);
+
+/// A command that must end with this exit code and nothing on stdout.
+#[track_caller]
+pub fn refused(code: i32, arguments: &[&str]) -> Refused {
+    let (found, said) = fails(arguments);
+    assert_eq!(found, code, "{arguments:?}\n{said}");
+    Refused(said)
+}
+
+impl Refused {
+    #[track_caller]
+    pub fn says(self, expected: &str) -> Refused {
+        assert!(self.0.contains(expected), "expected {expected}\nfound {}", self.0);
+        self
+    }
 }
 
 /// An empty folder for one test of a test file.

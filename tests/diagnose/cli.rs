@@ -1,6 +1,6 @@
 //! `leadlag diagnose` as a program: its JSON, its text, its files, its exit codes.
 
-use crate::common::program::{fails, json, leadlag, ok, scratch};
+use crate::common::program::{edited, fails, json, leadlag, ok, refused, scale, scratch};
 use leadlag::internal::optimize::{normal, stream};
 use leadlag::internal::result::diagnosis::Outcome;
 use serde_json::Value;
@@ -26,17 +26,9 @@ fn scaled(path: &str, factor: f64) -> String {
 /// The same file with these columns multiplied.
 fn scaled_in(path: &str, columns: &[usize], factor: f64) -> String {
     let text = fs::read_to_string(path).expect("written");
-    let changed = text.lines().enumerate().map(|(i, line)| {
-        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
-        if i > 0 {
-            for field in columns.iter().copied() {
-                fields[field] = (fields[field].parse::<f64>().expect("a number") * factor).to_string();
-            }
-        }
-        fields.join(",") + "\n"
-    });
+    let changed = edited(&text, |_, fields| columns.iter().for_each(|column| scale(&mut fields[*column], factor)));
     let to = path.replace(".csv", "_scaled.csv");
-    fs::write(&to, changed.collect::<String>()).expect("writable");
+    fs::write(&to, changed).expect("writable");
     to
 }
 
@@ -159,8 +151,7 @@ fn files_are_taken_as_arguments_as_by_every_other_verb() {
     assert_eq!(ok(&["diagnose", &one, &two, "--data-only"]), by_flag);
     assert_eq!(ok(&["diagnose", "--data", &one, &two, "--data-only"]), by_flag);
     assert!(!by_flag.contains("held back"), "a check of the data holds nothing back: {by_flag}");
-    let (code, message) = fails(&["diagnose", "--base", "idm"]);
-    assert!(code == 2 && message.contains("<FILE>"), "{message}");
+    refused(2, &["diagnose", "--base", "idm"]).says("<FILE>");
     let help = ok(&["diagnose", "--help"]);
     assert!(help.contains("--base <NAME|ID> <FILE>...") && help.contains("--data-only <FILE>..."), "{help}");
     let faulty = scaled(&one, 1.03);
@@ -172,18 +163,13 @@ fn files_are_taken_as_arguments_as_by_every_other_verb() {
 fn wrong_usage_is_said() {
     let folder = scratch("diagnose_cli", "usage");
     let file = pair(&folder, 2, 120, &[]);
-    let (code, message) = fails(&["diagnose", "--data", &file]);
-    assert!(code == 2 && message.contains("--base"), "{message}");
-    let (code, message) = fails(&["diagnose", "--data", &file, "--base", "l-cht"]);
-    assert!(code == 2 && message.contains("l-cth"), "{message}");
-    let (code, message) = fails(&["diagnose", "--data", "none.csv", "--base", "idm"]);
-    assert!(code == 1 && message.contains("none.csv"), "{message}");
+    refused(2, &["diagnose", "--data", &file]).says("--base");
+    refused(2, &["diagnose", "--data", &file, "--base", "l-cht"]).says("l-cth");
+    refused(1, &["diagnose", "--data", "none.csv", "--base", "idm"]).says("none.csv");
     let (code, message) = fails(&["diagnose", "--data", &file, "--follower", "3", "--data-only"]);
     assert!(code != 0 && message.contains("follower 3"), "{message}");
-    let (code, message) = fails(&["diagnose", "--data", &file, "--holdout", &file, "--base", "idm"]);
-    assert!(code == 2 && message.contains("also given for training"), "{message}");
-    let (code, message) = fails(&["diagnose", "--data", &file, "--data-only", "--out", "nowhere"]);
-    assert!(code == 2 && message.contains("--data-only"), "{message}");
+    refused(2, &["diagnose", "--data", &file, "--holdout", &file, "--base", "idm"]).says("also given for training");
+    refused(2, &["diagnose", "--data", &file, "--data-only", "--out", "nowhere"]).says("--data-only");
     let own = folder.join("mine.wgsl");
     fs::write(&own, "fn nothing() {}\n").expect("writable");
     let own = own.to_str().expect("UTF-8");
@@ -334,6 +320,5 @@ fn a_recommended_model_can_be_simulated() {
     let nothing = folder.join("nothing");
     let nothing = nothing.to_str().expect("UTF-8");
     ok(&["diagnose", &short, "--base", "l-cth", "--effort", "quick", "--out", nothing]);
-    let (code, message) = fails(&["simulate", &short, "--result", nothing]);
-    assert!(code == 2 && message.contains("this diagnosis recommends no model"), "{message}");
+    refused(2, &["simulate", &short, "--result", nothing]).says("this diagnosis recommends no model");
 }

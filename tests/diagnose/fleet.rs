@@ -1,7 +1,7 @@
 //! Fleets: an effect of the drivers is named, with the share of drivers that have it; drivers who only differ have no cause.
 
 use crate::common::drivers::{MAP, SPREAD, table};
-use crate::common::program::{fails, ok, scratch, stderr, succeeds};
+use crate::common::program::{fails, ok, refused, scratch, stderr, succeeds};
 use leadlag::internal::diagnose::Verdict;
 use leadlag::internal::result::diagnosis::Outcome;
 use leadlag::{Diagnosis, Pairs, Reading};
@@ -158,8 +158,7 @@ fn a_diagnosis_and_a_fleet_have_separate_folders() {
     let rest = ["--columns", &map, "--model", "l-cth", "--bounds", "human", "--out", &out];
     ok(&[&["calibrate", &pairs, "--all", "--no-intervals"], &rest[..]].concat());
     for verb in [["diagnose", "--all"], ["calibrate", "--joint"]] {
-        let (code, said) = fails(&[&verb[..], &[&pairs], &rest[..]].concat());
-        assert!(code == 2 && said.contains("fleet.json of a fleet"), "{said}");
+        refused(2, &[&verb[..], &[&pairs], &rest[..]].concat()).says("fleet.json of a fleet");
     }
 }
 

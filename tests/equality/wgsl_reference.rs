@@ -156,47 +156,35 @@ impl Draw {
         }
     }
 
-    fn get(&self, path: &str) -> f64 {
-        if let Some(name) = path.strip_prefix("p.") {
-            return self.parameters.get(Symbol::from_name(name).expect("a symbol"));
-        }
-        match path {
-            "x.s" => self.x[0],
-            "x.v_f" => self.x[1],
-            "x.v_l" => self.x[2],
-            "s_des" => self.s_des,
-            "v_f" | "ego.v_f" => self.v_f,
-            "ego.a_f" => self.a_f,
-            "a" | "a_cmd" => self.a,
-            "road.sin_grade" => self.road[0],
-            "road.a_dp" => self.road[1],
-            "road.a_ap" => self.road[2],
-            "ego.m_0" => self.job[0],
-            "ego.phi_f" => self.job[1],
-            "ego.dt" => self.job[2],
-            _ => panic!("no value for {path}"),
+    fn get(&mut self, path: &str) -> f64 {
+        match path.strip_prefix("p.") {
+            Some(name) => self.parameters.get(Symbol::from_name(name).expect("a symbol")),
+            None => *self.place(path),
         }
     }
 
     fn set(&mut self, path: &str, value: f64) {
-        if let Some(name) = path.strip_prefix("p.") {
-            self.parameters.set(Symbol::from_name(name).expect("a symbol"), value);
-            return;
+        match path.strip_prefix("p.") {
+            Some(name) => self.parameters.set(Symbol::from_name(name).expect("a symbol"), value),
+            None => *self.place(path) = value,
         }
+    }
+
+    fn place(&mut self, path: &str) -> &mut f64 {
         match path {
-            "x.s" => self.x[0] = value,
-            "x.v_f" => self.x[1] = value,
-            "x.v_l" => self.x[2] = value,
-            "s_des" => self.s_des = value,
-            "v_f" | "ego.v_f" => self.v_f = value,
-            "ego.a_f" => self.a_f = value,
-            "a" | "a_cmd" => self.a = value,
-            "road.sin_grade" => self.road[0] = value,
-            "road.a_dp" => self.road[1] = value,
-            "road.a_ap" => self.road[2] = value,
-            "ego.m_0" => self.job[0] = value,
-            "ego.phi_f" => self.job[1] = value,
-            "ego.dt" => self.job[2] = value,
+            "x.s" => &mut self.x[0],
+            "x.v_f" => &mut self.x[1],
+            "x.v_l" => &mut self.x[2],
+            "s_des" => &mut self.s_des,
+            "v_f" | "ego.v_f" => &mut self.v_f,
+            "ego.a_f" => &mut self.a_f,
+            "a" | "a_cmd" => &mut self.a,
+            "road.sin_grade" => &mut self.road[0],
+            "road.a_dp" => &mut self.road[1],
+            "road.a_ap" => &mut self.road[2],
+            "ego.m_0" => &mut self.job[0],
+            "ego.phi_f" => &mut self.job[1],
+            "ego.dt" => &mut self.job[2],
             _ => panic!("no value for {path}"),
         }
     }

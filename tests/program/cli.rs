@@ -2,7 +2,9 @@
 //!
 //! Everything runs on a synthetic platoon that the program makes itself.
 
-use crate::common::program::{fails, json, json_of, leadlag, ok, scratch, stderr, stdout, synth, text};
+use crate::common::program::{
+    edited, fails, json, json_of, leadlag, ok, refused, scratch, stderr, stdout, succeeds, synth, text,
+};
 use serde_json::Value;
 use std::fs;
 use std::path::PathBuf;
@@ -166,12 +168,10 @@ fn joint_calibration_has_one_parameter_set() {
         assert!((found - expected).abs() < 1e-12 * expected, "{key}: {found} {expected}");
     }
     assert_eq!(result["per_drive"]["pooled"], result["replicates"][0]["score"]);
-    let (code, error) = fails(&[&arguments[..], &["--folds", "3"]].concat());
-    assert!(code == 2 && error.contains("--folds 3: expected at least 3 drivers, found 2"), "{error}");
+    refused(2, &[&arguments[..], &["--folds", "3"]].concat()).says("--folds 3: expected at least 3 drivers, found 2");
     let copy = scratch("cli", "joint_copy").join("copy.csv");
     fs::copy(&files[0], &copy).unwrap();
-    let (code, error) = fails(&[&arguments[..], &["--holdout", text(&copy)]].concat());
-    assert!(code == 2 && error.contains("has samples of"), "{error}");
+    refused(2, &[&arguments[..], &["--holdout", text(&copy)]].concat()).says("has samples of");
 
     // Without --follower, all followers of a platoon have one parameter set.
     let (file, out) = (folder.join("platoon.csv"), scratch("cli", "joint_platoon"));
@@ -264,8 +264,7 @@ fn evaluate_marks_bad_rows_and_keeps_the_others() {
                 same,37,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n\
                 both,2,l-cth,platoon,1,0.2,0.6,0.5,33,3,1.1,x,,\n";
     fs::write(&cases, rows).unwrap();
-    let output = leadlag(&["evaluate", text(&cases), "--data", text(&folder), "--rescore"]);
-    assert!(output.status.success(), "{}", stderr(&output));
+    let output = succeeds(&["evaluate", text(&cases), "--data", text(&folder), "--rescore"]);
     assert!(
         stderr(&output).contains("10 rows: 3 simulated to the end, 0 ended early, 7 invalid"),
         "{}",
@@ -370,9 +369,7 @@ fn a_folder_that_cannot_be_written_is_found_before_the_work() {
     let file = platoon().join("platoon.csv");
     let inside_a_file = file.join("out");
     let arguments = ["calibrate", text(&file), "--follower", "1", "--model", "1", "--out", text(&inside_a_file)];
-    let (code, message) = fails(&arguments);
-    assert_eq!(code, 1);
-    assert!(message.contains("cannot make the folder"), "{message}");
+    refused(1, &arguments).says("cannot make the folder");
 }
 
 #[test]
@@ -432,9 +429,7 @@ fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
         ("model_id,platoon,follower_position,v_0,v_0\n", "column v_0 occurs more than once"),
     ] {
         fs::write(&broken, content).unwrap();
-        let (code, message) = fails(&["evaluate", text(&broken), "--data", text(&platoon()), "--out", text(&cases)]);
-        assert_eq!(code, 1);
-        assert!(message.contains(expected), "expected {expected:?} in:\n{message}");
+        refused(1, &["evaluate", text(&broken), "--data", text(&platoon()), "--out", text(&cases)]).says(expected);
     }
     assert_eq!(fs::read_to_string(&cases).unwrap(), written, "an existing table survives a failed run");
     assert_eq!(
@@ -448,12 +443,10 @@ fn evaluate_may_write_onto_its_input_and_keeps_files_when_it_fails() {
 
     let bounds = scratch("cli", "infinite").join("infinite.toml");
     fs::write(&bounds, "tau_p = [0.1, inf]\n").unwrap();
-    let (code, message) = fails(&["evaluate", text(&cases), "--data", text(&platoon()), "--bounds", text(&bounds)]);
-    assert_eq!(code, 2);
-    assert!(message.contains("tau_p: expected a number of at least 0 and below 1e9 as both bounds"), "{message}");
-    let (code, message) = fails(&["evaluate", text(&cases), "--data", "nowhere"]);
-    assert_eq!(code, 1);
-    assert!(message.contains("nowhere: expected the folder of the platoon files"), "{message}");
+    refused(2, &["evaluate", text(&cases), "--data", text(&platoon()), "--bounds", text(&bounds)])
+        .says("tau_p: expected a number of at least 0 and below 1e9 as both bounds");
+    refused(1, &["evaluate", text(&cases), "--data", "nowhere"])
+        .says("nowhere: expected the folder of the platoon files");
 }
 
 #[test]
@@ -476,21 +469,16 @@ fn simulate_says_when_the_data_are_treated_otherwise() {
 fn a_platoon_needs_one_time_axis() {
     // IVS1 is missing in the first 30 s, IVS2 in the last 30 s.
     let whole = fs::read_to_string(platoon().join("platoon.csv")).unwrap();
-    let lines = whole.lines().enumerate().map(|(i, line)| {
-        let mut fields: Vec<&str> = line.split(',').collect();
-        match i {
-            6..306 => fields[6] = "",
-            1207.. => fields[7] = "",
-            _ => {}
-        }
-        fields.join(",") + "\n"
+    let holes = edited(&whole, |i, fields| match i {
+        6..306 => fields[6].clear(),
+        1207.. => fields[7].clear(),
+        _ => {}
     });
     let file = scratch("cli", "two_axes").join("two_axes.csv");
-    fs::write(&file, lines.collect::<String>()).unwrap();
+    fs::write(&file, holes).unwrap();
     let result = calibrated("for_two_axes", &[]).join("result.json");
-    let (code, message) = fails(&["simulate", text(&file), "--platoon", "--result", text(&result)]);
-    assert_eq!(code, 1);
-    assert!(message.contains("cut both to one gap-free window with --from and --to"), "{message}");
+    refused(1, &["simulate", text(&file), "--platoon", "--result", text(&result)])
+        .says("cut both to one gap-free window with --from and --to");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! Mistakes on the command line, and their messages: the range, the nearest name, the file, the remedy.
 
-use crate::common::program::{exits, json, leadlag, scratch, stderr, stdout, succeeds, synth, text};
+use crate::common::program::{exits, json, leadlag, quick, refused, scratch, stderr, stdout, succeeds, synth, text};
 use std::fs;
 use std::path::{Path, PathBuf};
 
@@ -71,8 +71,7 @@ fn files_that_are_not_there_are_failures_and_what_they_say_is_usage() {
         let message = calibrate(1, &["--model", "idm", "--follower", "1", flag, "nowhere.toml"]);
         assert!(message.contains("nowhere.toml"), "{flag}: {message}");
     }
-    let message = exits(1, &["inspect", text(&scratch("cli_mistakes", "a_folder"))]);
-    assert!(message.contains("expected a file, found a folder"), "{message}");
+    refused(1, &["inspect", text(&scratch("cli_mistakes", "a_folder"))]).says("expected a file, found a folder");
     let message = exits(1, &["synth", "--out", "never", "--leader", "nowhere.csv"]);
     let first = message.lines().next().expect("a line");
     assert_eq!(first, "error: --leader nowhere.csv: cannot be read");
@@ -105,9 +104,7 @@ fn contradictions_are_refused() {
         assert!(message.starts_with(&expected), "{message}");
         // Within its bounds it is one of them.
         let out = scratch("cli_mistakes", "narrowed");
-        let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
-        let narrowed = ["--bounds", text(&bounds), "--fix", "v_0=30"];
-        succeeds(&[&["calibrate", text(&pair())][..], &search, &narrowed].concat());
+        quick(&pair(), &out, &["--bounds", text(&bounds), "--fix", "v_0=30"]);
     }
     let synth = |extra: &[&str]| exits(2, &[&["synth", "--out", "never"], extra].concat());
     assert!(synth(&["--amplitude", "medium"]).contains("--effect"));
@@ -125,14 +122,13 @@ fn what_is_nearly_right_is_told_the_right_way() {
     assert!(message.contains("several times: --extend grade --extend actuation_lag\n"), "{message}");
     let cases = scratch("cli_mistakes", "cases").join("cases.csv");
     fs::write(&cases, "model_id,platoon,follower_position\n").expect("writable");
-    let message = exits(1, &["evaluate", text(&cases), "--data", "nowhere"]);
-    assert!(message.contains("expected the folder of the platoon files, or one file; there is none"), "{message}");
+    refused(1, &["evaluate", text(&cases), "--data", "nowhere"])
+        .says("expected the folder of the platoon files, or one file; there is none");
     // An unknown follower is the same wrong usage in every command.
     let said = calibrate(2, &["--model", "idm", "--follower", "9"]);
     assert!(said.ends_with("followers with data: 1\n"), "{said}");
     assert_eq!(exits(2, &["diagnose", text(&pair()), "--base", "idm", "--follower", "9"]), said);
-    let message = exits(2, &["diagnose", text(&pair()), "--model", "idn"]);
-    assert!(message.contains("--base") && message.contains("did you mean `idm`?"), "{message}");
+    refused(2, &["diagnose", text(&pair()), "--model", "idn"]).says("--base").says("did you mean `idm`?");
 }
 
 #[test]
@@ -167,11 +163,8 @@ fn segments_are_listed_wherever_one_has_to_be_chosen() {
     assert_eq!(segments.len(), 2);
     assert_eq!((&segments[1]["number"], &segments[1]["samples"]), (&2.into(), &341.into()));
     let arguments = ["calibrate", text(&file), "--model", "idm", "--segment", "3", "--out", "never"];
-    let message = exits(2, &arguments);
-    assert!(message.contains(&format!("there are 2 segments: {second}, {first}")), "{message}");
-    let out = folder.join("fit");
-    let search = ["--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
-    let output = succeeds(&[&["calibrate", text(&file), "--model", "idm"][..], &search].concat());
+    refused(2, &arguments).says(&format!("there are 2 segments: {second}, {first}"));
+    let output = quick(&file, &folder.join("fit"), &[]);
     let warning = "2 segments, of which only the longest, number 2, is used; the longest are 2 (26.0";
     assert!(stderr(&output).contains(warning), "{}", stderr(&output));
 }
@@ -183,12 +176,10 @@ fn simulate_takes_the_folder_and_counts_the_results() {
     succeeds(&[&["calibrate", text(&pair())][..], &search].concat());
     succeeds(&["simulate", text(&pair()), "--result", text(&out)]);
     let two = ["--result", text(&out), "--result", text(&out)];
-    let message = exits(2, &[&["simulate", text(&pair()), "--platoon"][..], &two].concat());
-    assert!(
-        message.contains("--result is given 2 times; expected one, because ") && message.contains("has 1 follower")
-    );
-    let message = exits(2, &[&["simulate", text(&pair())][..], &two].concat());
-    assert!(message.contains("--platoon simulates all"), "{message}");
+    refused(2, &[&["simulate", text(&pair()), "--platoon"][..], &two].concat())
+        .says("--result is given 2 times; expected one, because ")
+        .says("has 1 follower");
+    refused(2, &[&["simulate", text(&pair())][..], &two].concat()).says("--platoon simulates all");
 }
 
 #[test]

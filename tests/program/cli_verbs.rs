@@ -1,7 +1,9 @@
 //! The command line beyond `tests/program/cli.rs`: help, misspelt names, completions, manual pages, `--quiet`, extensions, reports, column
 //! maps.
 
-use crate::common::program::{exits, fails, json, json_of, leadlag, ok, scratch, stderr, synth, text};
+use crate::common::program::{
+    edited, exits, json, json_of, leadlag, ok, quick, refused, scale, scratch, stderr, synth, text,
+};
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -295,8 +297,7 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
     let html = fs::read_to_string(&page).expect("written");
     assert!(html.contains("<li>&lt;b&gt;doubt&lt;/b&gt;</li>"), "warnings are text");
     fs::write(&run, "{").expect("room");
-    let (code, said) = fails(&["report", text(&fit), "-o", text(&page)]);
-    assert!(code == 1 && said.contains("run.json: expected the command of a result"), "{said}");
+    refused(1, &["report", text(&fit), "-o", text(&page)]).says("run.json: expected the command of a result");
     let empty = scratch("cli_verbs", "empty");
     assert!(exits(2, &["report", text(&empty), "-o", text(&page)]).contains("expected a folder with result.json"));
 }
@@ -305,34 +306,17 @@ fn a_report_of_a_calibration_is_one_page_without_network() {
 fn what_is_likely_a_mistake_is_warned_of() {
     let folder = scratch("cli_verbs", "mistakes");
     let out = folder.join("fit");
-    let calibrate = |file: &str, extra: &[&str]| {
-        let search =
-            ["calibrate", file, "--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
-        let output = leadlag(&[&search, extra].concat());
-        assert!(output.status.success(), "{}", stderr(&output));
-        stderr(&output)
-    };
-    let drive = pair();
-    let file = text(&drive);
+    let calibrate = |file: &Path, extra: &[&str]| stderr(&quick(file, &out, extra));
+    let file = &pair();
     assert!(!calibrate(file, &[]).contains("warning"));
     assert!(calibrate(file, &["--vehicle", "bmw_x5"]).contains("--vehicle changes nothing: variant idm has neither"));
     assert!(calibrate(file, &["--grade", "level"]).contains("--grade changes nothing: variant idm has neither"));
     // The unit differs from that in the name of the column.
     let feet = folder.join("feet.csv");
-    let mut reader = csv::Reader::from_path(pair()).expect("a table");
-    let header = reader.headers().expect("a header").clone();
-    let gap = header.iter().position(|name| name == "spacing_m").expect("a gap");
-    let mut writer = csv::Writer::from_path(&feet).expect("writable");
-    writer.write_record(&header).expect("writable");
-    for record in reader.records().map(|record| record.expect("a row")) {
-        let fields = record.iter().enumerate().map(|(i, field)| match i == gap {
-            true => (field.parse::<f64>().expect("a gap") / 0.3048).to_string(),
-            false => field.to_owned(),
-        });
-        writer.write_record(fields).expect("writable");
-    }
-    writer.flush().expect("writable");
-    for message in [calibrate(text(&feet), &[]), ok(&["inspect", text(&feet)])] {
+    let metres = fs::read_to_string(pair()).expect("a table");
+    assert!(metres.starts_with("time_s,lead_speed_mps,speed_mps,spacing_m,"), "{metres}");
+    fs::write(&feet, edited(&metres, |_, fields| scale(&mut fields[3], 1.0 / 0.3048))).expect("writable");
+    for message in [calibrate(&feet, &[]), ok(&["inspect", text(&feet)])] {
         assert!(message.contains("times as much as the speeds imply (3.2808 is feet per metre)"), "{message}");
     }
 }
@@ -359,10 +343,10 @@ fn a_table_with_a_column_map_is_inspected_and_calibrated_by_vehicle_id() {
     let (map, table) = (text(&map), text(&table));
     let printed = ok(&["inspect", table, "--columns", map]);
     assert!(printed.contains("layout columns") && printed.contains("trajectory second-first"), "{printed}");
-    let message = exits(2, &["calibrate", table, "--columns", map, "--model", "idm", "--out", "never"]);
-    assert!(message.contains("--follower is needed: it has 2 pairs, first vehicle second (60.0 s)"), "{message}");
-    let message = exits(2, &["inspect", table, "--columns", map, "--follower", "first"]);
-    assert!(message.contains("--follower first: it has no car ahead"), "{message}");
+    refused(2, &["calibrate", table, "--columns", map, "--model", "idm", "--out", "never"])
+        .says("--follower is needed: it has 2 pairs, first vehicle second (60.0 s)");
+    refused(2, &["inspect", table, "--columns", map, "--follower", "first"])
+        .says("--follower first: it has no car ahead");
     let search = ["--model", "idm", "--max-evaluations", "200", "--optimizer", "ga", "--no-intervals"];
     let [mapped, plain] = ["mapped", "plain"].map(|name| folder.join(name));
     let chosen = ["--columns", map, "--follower", "second", "--out", text(&mapped)];
@@ -388,9 +372,7 @@ fn the_population_of_a_genetic_algorithm_is_chosen() {
     let result = json_of(out.join("result.json"));
     // 400, and, because the parents are carried over, 280 more in each generation.
     assert_eq!((&result["population"], &result["evaluations"]), (&400.into(), &960.into()));
-    let default = exits(2, &[&common[..], &["--population", "400"]].concat());
-    assert!(default.contains("add --optimizer ga or lshade"), "{default}");
+    refused(2, &[&common[..], &["--population", "400"]].concat()).says("add --optimizer ga or lshade");
     let few = ["--optimizer", "lshade", "--population", "400", "--max-evaluations", "300"];
-    let few = exits(2, &[&common[..], &few].concat());
-    assert!(few.contains("more candidates than --max-evaluations 300 allows"), "{few}");
+    refused(2, &[&common[..], &few].concat()).says("more candidates than --max-evaluations 300 allows");
 }

@@ -2,7 +2,9 @@
 //! be simulated.
 
 use super::cli_verbs::SOFT;
-use crate::common::program::{json_of, leadlag, scratch, stderr, succeeds, synth, text};
+use crate::common::program::{
+    edited, flat, json, json_of, leadlag, ok, quick, scale, scratch, stderr, succeeds, synth, text,
+};
 use leadlag::internal::score::GoodnessOfFit;
 use serde_json::Value;
 use std::fs;
@@ -18,8 +20,7 @@ fn calibrate(extra: &[&str]) -> String {
     static CALLS: AtomicU32 = AtomicU32::new(0);
     let call = CALLS.fetch_add(1, Ordering::Relaxed);
     let (pair, out) = (drive().join("pair_follower1.csv"), scratch("cli_warnings", &format!("fit{call}")));
-    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
-    stderr(&succeeds(&[&["calibrate", text(&pair)], &search[..], extra].concat()))
+    stderr(&quick(&pair, &out, extra))
 }
 
 /// Reads the position, and no grade.
@@ -109,19 +110,16 @@ fn a_broken_gap_is_warned_of_in_the_words_of_inspect() {
     let folder = scratch("cli_warnings", "broken");
     let (file, fit) = (folder.join("broken.csv"), folder.join("fit"));
     let sound = fs::read_to_string(drive().join("pair_follower1.csv")).unwrap();
-    let broken = sound.lines().enumerate().map(|(i, line)| {
-        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
-        if i > 0 && i % 4 < 2 {
+    let broken = edited(&sound, |i, fields| {
+        if i % 4 < 2 {
             fields[3] = (fields[3].parse::<f64>().unwrap() + 3.0).to_string();
         }
-        fields.join(",") + "\n"
     });
-    fs::write(&file, broken.collect::<String>()).unwrap();
-    let shown = String::from_utf8(succeeds(&["inspect", text(&file)]).stdout).unwrap();
+    fs::write(&file, broken).unwrap();
+    let shown = ok(&["inspect", text(&file)]);
     let warned = shown.lines().find(|line| line.contains("contradicts the speeds")).expect("a warning");
     let warning = warned.replacen("warning: ", &format!("warning: {}: ", file.display()), 1);
-    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "-o", text(&fit)];
-    let said = stderr(&succeeds(&[&["calibrate", text(&file)], &search[..]].concat()));
+    let said = stderr(&quick(&file, &fit, &[]));
     assert!(said.contains(&warning), "{said}");
     let result = json_of(fit.join("result.json"));
     let kept = result["data"][0]["findings"].as_array().unwrap();
@@ -137,10 +135,10 @@ fn a_broken_gap_is_warned_of_in_the_words_of_inspect() {
 #[test]
 fn inspect_says_what_follower_each_car_is() {
     let platoon = drive().join("platoon.csv");
-    let shown = String::from_utf8(succeeds(&["inspect", text(&platoon)]).stdout).unwrap();
+    let shown = ok(&["inspect", text(&platoon)]);
     assert!(shown.contains("      gap of follower 1 [m] ") && shown.contains(": car 5 is follower 4\n"), "{shown}");
     assert!(shown.lines().all(|line| line.chars().count() <= 80 || line.starts_with(text(&platoon))), "{shown}");
-    let json: Value = serde_json::from_slice(&succeeds(&["inspect", text(&platoon), "--json"]).stdout).unwrap();
+    let json = json(&["inspect", text(&platoon), "--json"]);
     let cars = json["platoons"][0]["cars"].as_array().unwrap();
     let followers: Vec<Option<u64>> = cars.iter().map(|car| car["follower"].as_u64()).collect();
     assert_eq!(followers, [None, Some(1), Some(2), Some(3), Some(4)]);
@@ -178,16 +176,9 @@ fn switches_and_bounds_that_make_no_sense_are_warned_of_once() {
     assert!(said.contains("in the file of --bounds, a lower bound near the driven speeds"), "{said}");
     let slow = scratch("cli_warnings", "slow").join("slow.csv");
     let whole = fs::read_to_string(&one).unwrap();
-    let halved = whole.lines().map(|line| {
-        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
-        for field in &mut fields[1..3] {
-            *field = field.parse::<f64>().map_or(field.clone(), |speed| (speed / 2.0).to_string());
-        }
-        fields.join(",") + "\n"
-    });
-    fs::write(&slow, halved.collect::<String>()).unwrap();
-    let without = ["calibrate", text(&slow), "--model", "idm", "--max-evaluations", "100", "--no-intervals", "-o"];
-    let told = stderr(&succeeds(&[&without[..], &[text(&out)]].concat()));
+    let halved = edited(&whole, |_, fields| fields[1..3].iter_mut().for_each(|speed| scale(speed, 0.5)));
+    fs::write(&slow, halved).unwrap();
+    let told = stderr(&quick(&slow, &out, &[]));
     assert!(
         told.contains("searched from 30 m/s on")
             && told
@@ -211,9 +202,7 @@ fn at_a_bound_of_acc_the_set_of_human_drivers_is_named() {
     fs::write(&bounds, "t_h = [2.9, 3.0]\n").unwrap();
     let told = |more: &[&str]| {
         let own = ["calibrate", text(&drive), "--model", "idm", "--max-evaluations", "1500", "--no-intervals"];
-        let output =
-            succeeds(&[&own[..], more, &["--bounds", text(&bounds), "-o", text(&folder.join("fit"))]].concat());
-        String::from_utf8(output.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ")
+        flat(&ok(&[&own[..], more, &["--bounds", text(&bounds), "-o", text(&folder.join("fit"))]].concat()))
     };
     let human =
         "or do not determine the parameter; --bounds human is for a human driver, and --bounds FILE.toml widens them";
@@ -224,8 +213,7 @@ fn at_a_bound_of_acc_the_set_of_human_drivers_is_named() {
 
 #[test]
 fn every_goodness_of_fit_is_listed_with_its_unit() {
-    let output = succeeds(&["list", "gof", "--json"]);
-    let listed: Vec<Value> = serde_json::from_slice(&output.stdout).expect("JSON");
+    let listed: Vec<Value> = serde_json::from_str(&ok(&["list", "gof", "--json"])).expect("JSON");
     let mut named: Vec<String> = listed.iter().map(|entry| entry["name"].as_str().unwrap().to_owned()).collect();
     for name in &named {
         assert_eq!(name.parse::<GoodnessOfFit>().map(|gof| gof.to_string()).as_deref(), Ok(name.as_str()));
@@ -243,7 +231,7 @@ fn every_goodness_of_fit_is_listed_with_its_unit() {
     assert_eq!(entry("rmse-sn-vn-an")["unit"], "-");
     assert!(entry("rmse-sva")["meaning"].as_str().unwrap().contains("although the units differ"));
     assert!(!entry("nrmse-sva")["meaning"].as_str().unwrap().contains("differ"));
-    let shown = String::from_utf8(succeeds(&["list", "gof"]).stdout).unwrap();
+    let shown = ok(&["list", "gof"]);
     assert!(shown.lines().all(|line| line.chars().count() <= 80), "{shown}");
     assert!(shown.contains("root mean square error of spacing") && shown.contains("error of speed"), "{shown}");
 }
@@ -317,8 +305,7 @@ fn evaluate_lists_the_files_of_a_vehicle_where_they_were_used() {
 fn a_desired_speed_far_above_any_driven_is_warned_of_by_every_verb() {
     let folder = scratch("cli_warnings", "far");
     let (pair, fit, cases) = (drive().join("pair_follower1.csv"), folder.join("fit"), folder.join("cases.csv"));
-    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "-o", text(&fit), "--fix", "v_0=120"];
-    let calibrated = stderr(&succeeds(&[&["calibrate", text(&pair)], &search[..]].concat()));
+    let calibrated = stderr(&quick(&pair, &fit, &["--fix", "v_0=120"]));
     let simulated = stderr(&succeeds(&["simulate", text(&pair), "--result", text(&fit)]));
     let row = |v_0: u32| format!("1,platoon,1,4,{v_0},2,1.2,1.4,-2\n");
     let header = "model_id,platoon,follower_position,delta,v_0,d_0,t_h,a_max,a_min\n";
@@ -344,8 +331,7 @@ fn intervals_of_a_drive_below_a_minute_are_said_to_be_too_narrow() {
     let (pair, out) = (drive().join("pair_follower1.csv"), scratch("cli_warnings", "short"));
     let fixed = ["delta=4", "v_0=33", "d_0=3", "a_max=1.5", "a_min=-3"].map(|fix| ["--fix", fix]).concat();
     let search = ["--model", "idm", "--max-evaluations", "2000", "--out", text(&out), "--to", "50"];
-    let short = succeeds(&[&["calibrate", text(&pair)], &search[..], &fixed].concat()).stdout;
-    let short = String::from_utf8(short).unwrap().split_whitespace().collect::<Vec<_>>().join(" ");
+    let short = flat(&ok(&[&["calibrate", text(&pair)], &search[..], &fixed].concat()));
     assert!(short.contains("95 % intervals contained the truth in 89 (v_0) and 86 (d_0) of 100 cases"), "{short}");
 }
 
@@ -354,10 +340,8 @@ fn intervals_of_a_drive_below_a_minute_are_said_to_be_too_narrow() {
 fn a_simulation_of_another_result_is_left_out_of_a_report() {
     let folder = scratch("cli_warnings", "mixed_up");
     let fit = |name: &str, more: &[&str]| {
-        let (pair, out) = (drive().join("pair_follower1.csv"), folder.join(name));
-        let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&out)];
-        succeeds(&[&["calibrate", text(&pair)], &search[..], more].concat());
-        out
+        quick(&drive().join("pair_follower1.csv"), &folder.join(name), more);
+        folder.join(name)
     };
     let own = fit("own", &[]);
     let report = || stderr(&succeeds(&["report", text(&own), "-o", text(&folder.join("page.html"))]));
@@ -396,19 +380,11 @@ fn parameters_are_compared_with_and_without_correction() {
     let folder = scratch("cli_warnings", "compared");
     succeeds(&["synth", "--out", text(&folder), "--duration", "300", "--pairs"]);
     let sound = fs::read_to_string(folder.join("pair_follower1.csv")).unwrap();
-    let faulty = sound.lines().enumerate().map(|(i, line)| {
-        let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
-        if i > 0 {
-            fields[2] = (fields[2].parse::<f64>().unwrap() * 0.96).to_string();
-        }
-        fields.join(",") + "\n"
-    });
     let (file, out) = (folder.join("slow.csv"), folder.join("fit"));
-    fs::write(&file, faulty.collect::<String>()).unwrap();
+    fs::write(&file, edited(&sound, |_, fields| scale(&mut fields[2], 0.96))).unwrap();
     let said = |more: &[&str]| {
         let search = ["--model", "idm", "--max-evaluations", "2000", "--no-intervals", "--out", text(&out)];
-        let output = succeeds(&[&["calibrate", text(&file)], &search[..], more].concat());
-        String::from_utf8(output.stdout).unwrap().split_whitespace().collect::<Vec<_>>().join(" ")
+        flat(&ok(&[&["calibrate", text(&file)], &search[..], more].concat()))
     };
     let (measured, corrected) = (said(&[]), said(&["--correct"]));
     assert!(measured.contains(" because of this; --correct gives "), "{measured}");
@@ -420,8 +396,7 @@ fn parameters_are_compared_with_and_without_correction() {
 fn missing_charts_and_a_stale_export_are_said() {
     let folder = scratch("cli_warnings", "stale");
     let (pair, fit, page) = (drive().join("pair_follower1.csv"), folder.join("fit"), folder.join("page.html"));
-    let search = ["--model", "idm", "--max-evaluations", "100", "--no-intervals", "--out", text(&fit)];
-    succeeds(&[&["calibrate", text(&pair)], &search[..]].concat());
+    quick(&pair, &fit, &[]);
     succeeds(&["export", "sumo", text(&fit), "--no-run"]);
     let report = || stderr(&succeeds(&["report", text(&fit), "-o", text(&page)]));
     assert!(!report().contains("warning: "));

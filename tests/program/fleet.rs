@@ -3,7 +3,7 @@
 //! `LEADLAG_KILLS=100` sets the number of kills; by default a few.
 
 use crate::common::gpu::skipped;
-use crate::common::program::{self, fails, json, leadlag, ok, rows_of, scratch, stderr, text};
+use crate::common::program::{self, fails, json, leadlag, ok, refused, rows_of, scratch, stderr, succeeds, text};
 use crate::common::sample;
 use leadlag::internal::optimize::{normal, stream};
 use std::collections::BTreeMap;
@@ -157,12 +157,11 @@ fn files_of_a_folder_are_one_fleet() {
     // A result does not replace its own input.
     let inside = data.join("parameters.csv");
     fs::copy(data.join("a.csv"), &inside).expect("room");
-    let (code, said) = fails(&["calibrate", text(&inside), "--all", "--model", "idm", "--out", text(&data)]);
-    assert!(code == 2 && said.contains("would replace the input"), "{said}");
+    refused(2, &["calibrate", text(&inside), "--all", "--model", "idm", "--out", text(&data)])
+        .says("would replace the input");
     fs::remove_file(inside).expect("it can be removed");
     // A folder refuses another data set.
-    let (code, said) = fails(&[&all[..], &[text(&out), "--seed", "2"]].concat());
-    assert!(code == 1 && said.contains("a fleet of other data, settings or program"), "{said}");
+    refused(1, &[&all[..], &[text(&out), "--seed", "2"]].concat()).says("a fleet of other data, settings or program");
 }
 
 /// The larger of two nested models fits its own sample better in any case. It is best only if it follows other drives better, too.
@@ -211,8 +210,7 @@ fn other_drives_of_the_same_drivers_are_held_back() {
     fs::write(&other, HEADER.to_owned() + &drives(1..5, 250)).expect("room");
     let out = folder.join("out");
     let all = ["calibrate", text(&fit), "--all", "--model", "idm", "--no-intervals", "--out", text(&out), "--holdout"];
-    let output = leadlag(&[&all[..], &[text(&other)]].concat());
-    assert!(output.status.success(), "{}", stderr(&output));
+    let output = succeeds(&[&all[..], &[text(&other)]].concat());
     assert!(stderr(&output).contains("1 of 3 pairs have no data held back"), "{}", stderr(&output));
     let scored: Vec<bool> = rows(&out).iter().map(|row| !row["heldout_score"].is_empty()).collect();
     assert_eq!(scored, [false, true, true]);
@@ -223,8 +221,7 @@ fn other_drives_of_the_same_drivers_are_held_back() {
         ("1.5", "expected a share above 0 and below 1"),
         ("nan", "expected a share above 0 and below 1"),
     ] {
-        let (code, said) = fails(&[&all[..], &[given]].concat());
-        assert!(code == 2 && said.contains(expected), "{given}: {said}");
+        refused(2, &[&all[..], &[given]].concat()).says(expected);
     }
     // Two seconds are needed on either side.
     let (_, said) = fails(&[&all[..], &["0.95"]].concat());
@@ -245,8 +242,7 @@ fn what_does_not_go_with_many_pairs_is_told() {
         (&["--all", "--replicates", "3"], "cannot be used with"),
         (&["--all", "--model", "idm"], "--model idm is given twice"),
     ] {
-        let (code, said) = fails(&[&one[..], more].concat());
-        assert!(code == 2 && said.contains(expected), "{more:?}: {said}");
+        refused(2, &[&one[..], more].concat()).says(expected);
     }
 }
 
@@ -370,8 +366,7 @@ fn a_study_takes_every_trajectory_of_a_table_or_pattern() {
     {
         fs::write(&file, plan(entry)).expect("room");
         let out = folder.join(format!("study{}", platoons.len()));
-        let output = leadlag(&["study", "plan", text(&file), "--out", text(&out)]);
-        assert!(output.status.success(), "{}", stderr(&output));
+        let output = succeeds(&["study", "plan", text(&file), "--out", text(&out)]);
         let planned = program::stdout(&output);
         let names: Vec<&str> = planned.lines().filter_map(|line| line.split('\t').nth(1)).collect();
         assert_eq!(names, platoons);

@@ -1,6 +1,6 @@
 //! Effects of data, laws and failures on a fleet: drives that do not vary, laws that share a name, settings and journals that change.
 
-use crate::common::program::{fails, leadlag, ok, rows_of, scratch, stderr, stdout, succeeds, text};
+use crate::common::program::{fails, leadlag, ok, refused, rows_of, scratch, stderr, stdout, succeeds, text};
 use std::collections::BTreeMap;
 use std::fmt::Write;
 use std::fs;
@@ -102,15 +102,13 @@ fn parameters_that_would_be_another_column_are_refused() {
     ] {
         let (first, second) = (law(&folder, "plain", plain), law(&folder, &format!("my_{name}"), members));
         let models = ["--model", "idm", "--model", text(&first), "--model", text(&second)];
-        let (code, said) = fails(&fleet(&table, &out, &models));
-        assert!(code == 2 && said.contains(&expected), "{name}: {said}");
+        refused(2, &fleet(&table, &out, &models)).says(&expected);
     }
     let elsewhere = folder.join("elsewhere");
     fs::create_dir_all(&elsewhere).expect("room");
     let (first, second) = (law(&folder, "plain", plain), law(&elsewhere, "plain", [("rate", "1/s2"), ("gap", "s")]));
     let models = ["--model", text(&first), "--model", &format!("{}+delay", text(&second))];
-    let (code, said) = fails(&fleet(&table, &out, &models));
-    assert!(code == 2 && said.contains("two laws have the name plain"), "{said}");
+    refused(2, &fleet(&table, &out, &models)).says("two laws have the name plain");
     assert!(!out.exists(), "before any work");
 }
 
@@ -137,8 +135,7 @@ fn a_fleet_of_another_second_car_is_another_one() {
     with_unit("m/s");
     ok(&fleet(&table, &out, &words));
     with_unit("km/h");
-    let (code, said) = fails(&fleet(&table, &out, &words));
-    assert!(code == 1 && said.contains("a fleet of other data, settings or program"), "{said}");
+    refused(1, &fleet(&table, &out, &words)).says("a fleet of other data, settings or program");
     with_unit("m/s");
     ok(&fleet(&table, &out, &words));
 }
@@ -165,9 +162,9 @@ fn a_row_that_does_not_fit_is_refused_with_its_line() {
         (changed("/Ok/score", serde_json::Value::Null), "invalid type: null"),
     ] {
         fs::write(&journal, content).expect("room");
-        let (code, said) = fails(&command);
-        assert!(code == 1 && said.contains("journal.jsonl:2: not a calibration of this fleet"), "{said}");
-        assert!(said.contains(expected) && !said.contains("panicked"), "{said}");
+        let said = refused(1, &command).says("journal.jsonl:2: not a calibration of this fleet").says(expected);
+        let said = said.says("; remove the line, and it is calibrated again").0;
+        assert!(!said.contains("panicked"), "{said}");
     }
     // By the message: without the line it is calibrated again.
     fs::write(&journal, format!("{head}\n")).expect("room");

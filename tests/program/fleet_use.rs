@@ -1,7 +1,7 @@
 //! The use of a finished fleet: scores on other drives by `evaluate`, a result of each pair, simulations of some drivers.
 
 use super::fleet::{HEADER, drives};
-use crate::common::program::{fails, json_of, ok, rows_of, scratch, stderr, stdout, succeeds, text};
+use crate::common::program::{fails, json_of, ok, refused, rows_of, scratch, stderr, stdout, succeeds, text};
 use crate::common::tolerance::WHOLE_RUN;
 use std::collections::BTreeMap;
 use std::fs;
@@ -59,8 +59,8 @@ fn held_back_files_that_cannot_be_used_say_why() {
     fs::write(&table, HEADER.to_owned() + &drives(0..3, 300)).expect("room");
     fs::write(&other, HEADER.to_owned() + &drives(0..3, 100)).expect("room");
     let words = ["calibrate", text(&table), "--all", "--model", "idm", "--out", text(&out)];
-    let (code, said) = fails(&[&words[..], &["--holdout", text(&other), "--from", "15"]].concat());
-    assert!(code == 1 && said.contains("--holdout: none of 3 pairs can be used; the first: "), "{said}");
+    refused(1, &[&words[..], &["--holdout", text(&other), "--from", "15"]].concat())
+        .says("--holdout: none of 3 pairs can be used; the first: ");
 }
 
 #[test]
@@ -103,8 +103,8 @@ fn a_fleet_is_evaluated_on_its_own_drives_and_on_others() {
     ok(&["evaluate", text(&cases), "--data", text(&table), "--out", text(&scored)]);
     assert_eq!(rows_of(&scored)[0]["success"], "1");
     case("", "");
-    let (code, said) = fails(&["evaluate", text(&cases), "--data", text(&table), "--out", text(&scored)]);
-    assert!(code == 1 && said.contains("in the column trajectory, such as 0"), "{said}");
+    refused(1, &["evaluate", text(&cases), "--data", text(&table), "--out", text(&scored)])
+        .says("in the column trajectory, such as 0");
     case(",platoon", ",elsewhere");
     let (_, said) = fails(&["evaluate", text(&cases), "--data", text(&table), "--out", text(&scored)]);
     assert!(said.contains("platoon elsewhere: expected") && said.contains("pairs.csv"), "{said}");

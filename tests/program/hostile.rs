@@ -1,7 +1,7 @@
 //! Malicious files and environments: each ends in a message, in bounded memory, never in a panic or a signal.
 
 use crate::common::parquet_table::table;
-use crate::common::program::{fails, json_of, ok, scratch, stderr, text};
+use crate::common::program::{json_of, ok, refused, scratch, stderr, text};
 use serde_json::{Value, json};
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -82,8 +82,7 @@ fn a_result_that_contradicts_itself_is_refused() {
             &["export", "sumo", text(&changed), "--no-run"],
         ];
         for verb in verbs {
-            let (code, said) = fails(verb);
-            assert!(code == 1 && said.contains("does not fit together") && said.contains(expected), "{name}: {said}");
+            refused(1, verb).says("does not fit together").says(expected);
         }
         assert!(!page.exists());
     }
@@ -165,8 +164,10 @@ fn a_table_of_cases_of_many_columns_is_refused_in_a_line() {
     let folder = scratch("hostile", "wide");
     let cases = folder.join("cases.csv");
     fs::write(&cases, vec!["column"; 130_000].join(",") + "\n").unwrap();
-    let (code, said) = fails(&["evaluate", text(&cases), "--data", text(&folder)]);
-    assert!(code == 1 && said.contains("expected at most 1000 columns, found 130000") && said.len() < 400, "{said}");
+    let said = refused(1, &["evaluate", text(&cases), "--data", text(&folder)])
+        .says("expected at most 1000 columns, found 130000")
+        .0;
+    assert!(said.len() < 400, "{said}");
 }
 
 /// Message of a command that must fail under a limit of the shell, with an exit code and not by a signal.
@@ -176,15 +177,15 @@ fn limited(limit: &str, arguments: &[&str]) -> String {
     // A heap per thread takes address space that is irrelevant to the test.
     command.env("RAYON_NUM_THREADS", "1");
     command.args(["-c", &format!("{limit}; exec \"$0\" \"$@\""), env!("CARGO_BIN_EXE_leadlag")]).args(arguments);
-    refused(command.output().expect("a shell"))
+    refusal(command.output().expect("a shell"))
 }
 
 #[cfg(not(unix))]
 fn limited(_: &str, arguments: &[&str]) -> String {
-    refused(Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("it starts"))
+    refusal(Command::new(env!("CARGO_BIN_EXE_leadlag")).args(arguments).output().expect("it starts"))
 }
 
-fn refused(output: Output) -> String {
+fn refusal(output: Output) -> String {
     let said = stderr(&output);
     assert_eq!(output.status.code(), Some(1), "{said}");
     assert!(!said.contains("panicked"), "{said}");
@@ -199,7 +200,7 @@ fn without_threads_there_is_a_message() {
     let mut command = Command::new(env!("CARGO_BIN_EXE_leadlag"));
     command.env("RUST_MIN_STACK", (1_u64 << 50).to_string());
     let arguments = ["calibrate", text(&file), "--follower", "1", "--model", "idm", "--out", text(&out)];
-    let said = refused(command.args(arguments).output().expect("it starts"));
+    let said = refusal(command.args(arguments).output().expect("it starts"));
     assert!(said.contains("cannot start the threads") && said.contains("ulimit -u"), "{said}");
 }
 
@@ -301,7 +302,6 @@ fn a_panic_of_the_parquet_library_is_an_error() {
     file[at + 3..at + 5].copy_from_slice(&[0x80, 0x00]);
     let path = scratch("hostile", "panic").join("changes.parquet");
     fs::write(&path, file).expect("room");
-    let (code, said) = fails(&["inspect", text(&path)]);
-    assert!(code == 1 && said.contains("its contents contradict each other"), "{said}");
+    let said = refused(1, &["inspect", text(&path)]).says("its contents contradict each other").0;
     assert!(!said.contains("panicked"), "{said}");
 }

@@ -1,6 +1,6 @@
 //! Drives of different drivers that are given as one car are detected, and drives of one are not.
 
-use crate::common::program::{leadlag, ok, scratch, stderr, stdout, text};
+use crate::common::program::{edited, leadlag, ok, scratch, stderr, stdout, succeeds, text};
 use leadlag::internal::optimize::{normal, stream};
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -56,15 +56,11 @@ fn noisy(folder: &Path) -> [PathBuf; 2] {
     ["a.csv", "b.csv"].map(|name| {
         let path = file(folder, name, 1.0, 7);
         let read = std::fs::read_to_string(&path).expect("written");
-        let line = |(i, line): (usize, &str)| {
-            let mut fields: Vec<String> = line.split(',').map(str::to_owned).collect();
-            if i > 0 {
-                let speed: f64 = fields[2].parse().expect("a number");
-                fields[2] = format!("{:.3}", (speed + 0.1 * normal(&mut rng)).max(0.0));
-            }
-            fields.join(",") + "\n"
-        };
-        std::fs::write(&path, read.lines().enumerate().map(line).collect::<String>()).expect("room");
+        let noisy = edited(&read, |_, fields| {
+            let speed: f64 = fields[2].parse().expect("a number");
+            fields[2] = format!("{:.3}", (speed + 0.1 * normal(&mut rng)).max(0.0));
+        });
+        std::fs::write(&path, noisy).expect("room");
         path
     })
 }
@@ -136,8 +132,7 @@ fn one_among_many_is_told() {
         let out = folder.join(files.len().to_string());
         let given: Vec<&str> = ["calibrate"].into_iter().chain(files.iter().map(|file| text(file))).collect();
         let more = ["--joint", "--model", "idm", "--bounds", "human", "--max-evaluations", "2000", "--no-intervals"];
-        let output = leadlag(&[&given[..], &more, &["--out", text(&out)]].concat());
-        assert!(output.status.success(), "{}", stderr(&output));
+        let output = succeeds(&[&given[..], &more, &["--out", text(&out)]].concat());
         (stderr(&output) + &stdout(&output)).contains("hardly have one driver")
     };
     assert!(said(&files) && !said(&files[..4]));

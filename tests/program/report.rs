@@ -1,6 +1,6 @@
 //! Output for people: the demo, which reads files only and reports honestly whether it found the hidden effect; pages and text charts.
 
-use crate::common::program::{fails, json_of, leadlag, ok, scratch, stderr, succeeds, text};
+use crate::common::program::{fails, json_of, leadlag, ok, refused, scratch, stderr, succeeds, text};
 use serde_json::Value;
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -255,15 +255,15 @@ fn a_simulation_of_another_drive_is_neither_mixed_with_a_calibration_nor_drawn_w
     assert!(code == 2 && said.contains("holds the result.json of a calibration"), "{said}");
     assert!(said.contains(&format!("--out {}", instead.display())), "{said}");
     assert_eq!(fs::read(fit.join("simulation.csv")).expect("still there"), kept);
-    let (code, said) = fails(&["diagnose", &other, "--base", "idm", "--out", text(&fit)]);
-    assert!(code == 2 && said.contains("holds the result.json of a calibration"), "{said}");
+    refused(2, &["diagnose", &other, "--base", "idm", "--out", text(&fit)])
+        .says("holds the result.json of a calibration");
     let diagnosis = folder.join("diagnosis");
     fs::create_dir(&diagnosis).expect("made");
     fs::write(diagnosis.join("diagnosis.json"), "{}").expect("written");
     let calibrate = [&["calibrate", &other][..], &QUICK].concat();
     for words in [calibrate, vec!["simulate", &other, "--result", text(&fit)]] {
-        let (code, said) = fails(&[&words[..], &["--out", text(&diagnosis)]].concat());
-        assert!(code == 2 && said.contains("holds the diagnosis.json of a diagnosis"), "{said}");
+        refused(2, &[&words[..], &["--out", text(&diagnosis)]].concat())
+            .says("holds the diagnosis.json of a diagnosis");
     }
 
     // A drive as long as that of the result, and a shorter one.
@@ -338,11 +338,11 @@ fn a_report_says_of_what_it_can_be_and_is_html() {
     let expected = format!("found none of them; {}, {} hold one each: ", first.display(), second.display());
     assert!(code == 2 && said.contains(&expected), "{said}");
     ok(&["report", text(&first), "-o", text(&page)]);
-    let (code, said) = fails(&["report", &one, "-o", text(&page)]);
-    assert!(code == 1 && said.contains("or its result.json or diagnosis.json; this file is not JSON"), "{said}");
+    let said = refused(1, &["report", &one, "-o", text(&page)])
+        .says("or its result.json or diagnosis.json; this file is not JSON")
+        .0;
     assert!(!said.contains("because:"), "{said}");
     let pdf = folder.join("page.pdf");
-    let (code, said) = fails(&["report", text(&first), "-o", text(&pdf)]);
-    assert!(code == 2 && said.contains("expected an ending .html or .htm, found .pdf"), "{said}");
+    refused(2, &["report", text(&first), "-o", text(&pdf)]).says("expected an ending .html or .htm, found .pdf");
     assert!(!pdf.exists());
 }

@@ -1,7 +1,7 @@
 //! Files in the form in which users have them: their content as read, and the messages. Synthetic drives, written here.
 
 use crate::common::parquet_table::parquet;
-use crate::common::program::{fails, json, leadlag, scratch, stderr, stdout, succeeds, text};
+use crate::common::program::{fails, flat, json, leadlag, refused, scratch, stderr, stdout, succeeds, text};
 use leadlag::internal::trajectory::import::ColumnMap;
 use std::fmt::Write as _;
 use std::fs;
@@ -171,15 +171,13 @@ fn the_pieces_of_a_table_are_calibrated_jointly_or_one_by_one() {
     assert!(out.join("simulation_trajectory0.csv").exists() && out.join("plot_trajectory1.svg").exists());
     let said = stdout(&succeeds(&["diagnose", "--data-only", text(&table), "--trajectory", "0,1"]));
     assert!(said.contains("trajectory 0,") && said.contains("trajectory 1,"), "{said}");
-    let (code, said) = fails(&["diagnose", "--data-only", text(&table), "--trajectory", "0,9"]);
-    assert!(code == 2 && said.contains("no trajectory 9"), "{said}");
+    refused(2, &["diagnose", "--data-only", text(&table), "--trajectory", "0,9"]).says("no trajectory 9");
     let said = inspect(&[text(&table), "--trajectory", "1,3"]);
     assert!(
         !said.contains("trajectory 0\n") && said.contains("trajectory 1\n") && said.contains("trajectory 3\n"),
         "{said}"
     );
-    let (code, said) = fails(&["inspect", text(&table), "--trajectory", "9"]);
-    assert!(code == 2 && said.contains("no trajectory 9; the file has 0, 1, 2, 3"), "{said}");
+    refused(2, &["inspect", text(&table), "--trajectory", "9"]).says("no trajectory 9; the file has 0, 1, 2, 3");
 }
 
 /// Pauses cut the drives of two followers; every verb that takes all of them says that only the longest pieces are used.
@@ -483,7 +481,7 @@ fn a_broken_value_does_not_cost_the_later_ones_that_bear_its_name() {
         all + &fields.join(",") + "\n"
     });
     let said = mapped("later_vehicles", &(first + &later), TRACKS);
-    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    let said = flat(&said);
     assert!(said.contains("7 pairs of a follower") && said.contains("found \"?\""), "{said}");
 }
 
@@ -513,8 +511,7 @@ fn files_that_are_no_tables_are_named() {
     ];
     for (name, content, expected) in files {
         let folder = write("no_table", &[(name, content)]);
-        let (code, said) = fails(&["inspect", text(&folder.join(name))]);
-        assert!(code == 1 && said.contains(expected), "{name}: {said}");
+        refused(1, &["inspect", text(&folder.join(name))]).says(expected);
     }
 }
 
@@ -572,8 +569,7 @@ fn a_parquet_table_is_read_as_the_same_table_of_text_is() {
     let whole = fs::read(&file).unwrap();
     let broken = folder.join("broken.parquet");
     fs::write(&broken, &whole[..whole.len() / 2]).unwrap();
-    let (code, said) = fails(&["inspect", text(&broken)]);
-    assert!(code == 1 && said.contains("a Parquet file that cannot be read") && said.contains("or as CSV"), "{said}");
+    refused(1, &["inspect", text(&broken)]).says("a Parquet file that cannot be read").says("or as CSV");
 }
 
 #[test]
@@ -591,12 +587,11 @@ fn shipped_maps_are_printed_to_begin_with() {
     // Both help texts name all of them.
     for verb in ["inspect", "calibrate"] {
         let help = stdout(&succeeds(&[verb, "--help"]));
-        let help = help.split_whitespace().collect::<Vec<_>>().join(" ");
+        let help = flat(&help);
         let names: Vec<&str> = ColumnMap::shipped().iter().map(|(name, _)| *name).collect();
         assert!(help.contains(&format!("another layout: {} (`leadlag list", names.join(", "))), "{help}");
     }
-    let (code, said) = fails(&["columns", "ngsm"]);
-    assert!(code == 2 && said.contains("did you mean `ngsim`?"), "{said}");
+    refused(2, &["columns", "ngsm"]).says("did you mean `ngsim`?");
 }
 
 #[test]
@@ -605,7 +600,7 @@ fn an_export_to_sumo_says_for_which_step_it_is_meant() {
     let (done, said) = calibrate(&[text(&folder.join("pair.csv"))], &["--fix", "t_h=0.4"], &folder.join("fit"));
     assert!(done, "{said}");
     let said = stdout(&succeeds(&["export", "sumo", text(&folder.join("fit")), "--no-run"]));
-    let said = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    let said = flat(&said);
     assert!(said.contains("--step-length 0.1 --step-method.ballistic true; tau = 0.400 s is below the 1 s"), "{said}");
     let xml = fs::read_to_string(folder.join("fit/sumo/vtype.add.xml")).unwrap();
     assert!(xml.contains("step-length 0.1 step-method.ballistic true; tau = 0.400 s is below the 1 s"), "{xml}");

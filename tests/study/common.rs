@@ -4,7 +4,7 @@
 #[allow(dead_code, reason = "every test program uses some of it")]
 mod program;
 
-pub use program::{fails, json, json_of, leadlag, ok, rows_in, stderr, text};
+pub use program::{fails, flat, json, json_of, leadlag, ok, refused, rows_in, stderr, succeeds, text};
 use std::collections::BTreeMap;
 use std::fs;
 use std::path::{Path, PathBuf};

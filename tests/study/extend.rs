@@ -1,6 +1,6 @@
 //! Plans with extensions: part of a task, stored with the study, separate columns.
 
-use super::common::{fails, leadlag, ok, plan_text, scratch, stderr, text};
+use super::common::{flat, ok, plan_text, refused, scratch, stderr, succeeds, text};
 use leadlag::internal::study::{Plan, Study};
 use std::collections::BTreeSet;
 use std::fmt::Write;
@@ -56,9 +56,8 @@ fn an_extended_study_keeps_the_text_and_tells_its_parameters() {
     let file = plan("extend_run", "extend = [\"soft.wgsl\", \"dead_zone\"]\nbounds = { lost = 0.25, w_none = 0 }", OWN);
     let wrong = fs::read_to_string(&file).unwrap();
     let study = file.with_file_name("study");
-    let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&study)]);
-    assert_eq!(code, 2);
-    assert!(said.contains("calibration.bounds.w_none: not a parameter of any variant"), "{said}");
+    refused(2, &["study", "plan", text(&file), "--out", text(&study)])
+        .says("calibration.bounds.w_none: not a parameter of any variant");
     fs::write(&file, wrong.replace(", w_none = 0", "")).unwrap();
     ok(&["study", "plan", text(&file), "--out", text(&study)]);
     // Only the folder of the study is needed from here on.
@@ -97,27 +96,20 @@ fn extensions_that_cannot_be_say_why() {
         ("\"soft.wgsl\", \"soft.wgsl\"", "calibration.extend: extension soft: the model contains it already"),
     ] {
         let file = plan("extend_bad", &format!("extend = [{extend}]"), OWN);
-        let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
-        assert_eq!(code, 2, "{said}");
-        assert!(said.contains(message), "expected: {message}\nfound: {said}");
+        refused(2, &["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]).says(message);
     }
     let file = plan("extend_broken", "extend = [\"soft.wgsl\"]", &OWN.replace("own.lost", "own.gone"));
-    let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
-    assert_eq!(code, 2, "{said}");
-    assert!(said.contains("soft.wgsl:10"), "the place in the file: {said}");
+    refused(2, &["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]).says("soft.wgsl:10");
     let file = plan("extend_part", "extend = [\"linear.wgsl\"]", OWN);
     fs::write(file.with_file_name("linear.wgsl"), OWN.replace("soft_", "linear_")).unwrap();
-    let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
-    assert_eq!(code, 2, "{said}");
-    assert!(said.contains("linear is a part of the paper's variants"), "{said}");
+    refused(2, &["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))])
+        .says("linear is a part of the paper's variants");
     let file = plan("extend_column", "extend = [\"soft.wgsl\"]", &OWN.replace("lost", "score"));
-    let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
-    assert_eq!(code, 2, "{said}");
-    assert!(said.contains("a parameter of soft would be the column score, which the tables"), "{said}");
+    refused(2, &["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))])
+        .says("a parameter of soft would be the column score, which the tables");
     let file = plan("extend_columns", "extend = [\"soft.wgsl\"]", &OWN.replace("lost", "hardest_mps2"));
-    let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))]);
-    assert_eq!(code, 2, "{said}");
-    assert!(said.contains("would both be the column hardest_mps2; give one of them another name"), "{said}");
+    refused(2, &["study", "plan", text(&file), "--out", text(&file.with_file_name("study"))])
+        .says("would both be the column hardest_mps2; give one of them another name");
 }
 
 /// The delay of an extension moves the first scored sample, as that of the variant does.
@@ -179,9 +171,8 @@ fn cars_without_a_name_are_told_to_be_taken_for_one() {
         }
         fs::write(folder.join("nameless.toml"), plan).unwrap();
         let out = folder.join(validation);
-        let output = leadlag(&["study", "plan", text(&folder.join("nameless.toml")), "--out", text(&out)]);
-        assert!(output.status.success());
-        stderr(&output).split_whitespace().collect::<Vec<_>>().join(" ")
+        let output = succeeds(&["study", "plan", text(&folder.join("nameless.toml")), "--out", text(&out)]);
+        flat(&stderr(&output))
     };
     let (tried, apart) = (told("same-vehicle"), told("none"));
     assert!(tried.contains("the files do not name the cars: those called follower in several platoons"), "{tried}");

@@ -1,7 +1,8 @@
 //! Killed at any moment, interrupted, started twice: only the tasks under way are lost.
 
 use super::common::{
-    command, data, expected, fails, files, merged, number_before, ok, part_names, plan_by, plan_text, planned, same,
+    command, data, expected, files, merged, number_before, ok, part_names, plan_by, plan_text, planned, refused, same,
+    succeeds,
 };
 use super::common::{scratch, small, stderr, text};
 use super::sample;
@@ -241,9 +242,7 @@ fn planning_that_was_interrupted_over_another_plan_is_noticed_by_all() {
         fs::copy(other.join(name), study.join(name)).unwrap();
     }
     for verb in ["run", "status", "merge", "report"] {
-        let (code, said) = fails(&["study", verb, text(&study)]);
-        assert_eq!(code, 1);
-        assert!(said.contains("tasks.jsonl is not the list that study.json was written for"), "{verb}: {said}");
+        refused(1, &["study", verb, text(&study)]).says("tasks.jsonl is not the list that study.json was written for");
     }
     ok(&["study", "plan", text(&study.join("plan.toml")), "--out", text(&study)]);
     assert!(ok(&["study", "status", text(&study)]).contains("0 of 36 tasks are done"));
@@ -267,8 +266,7 @@ fn a_second_run_has_nothing_to_do() {
     let study = small("again");
     ok(&["study", "run", text(&study)]);
     let before = written(&study);
-    let output = super::common::leadlag(&["study", "run", text(&study)]);
-    assert!(output.status.success());
+    let output = succeeds(&["study", "run", text(&study)]);
     assert!(stderr(&output).contains("24 tasks: 24 were done, 0 computed"), "{}", stderr(&output));
     assert_eq!(written(&study), before);
 }

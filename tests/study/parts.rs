@@ -1,7 +1,8 @@
 //! Torn, duplicate, contradictory, foreign and missing parts.
 
 use super::common::{
-    expected, fails, files, merged, number_before, ok, part_names, plan_text, planned, same, small, text,
+    expected, fails, files, merged, number_before, ok, part_names, plan_text, planned, refused, same, small, succeeds,
+    text,
 };
 use super::common::{json, leadlag, stderr};
 use leadlag::internal::study::part::Part;
@@ -49,10 +50,9 @@ fn torn_parts_are_noticed_and_computed_again() {
     assert_eq!((found["done"].as_u64(), found["damaged"].as_array().unwrap().len()), (Some(18), 7));
     assert_eq!(found["missing"].as_array().unwrap().len(), 6);
     assert_eq!(found["unfinished"].as_array().unwrap().len(), 1);
-    let (code, said) = fails(&["study", "merge", text(&study)]);
-    assert_eq!(code, 1);
-    assert!(said.contains("is not a complete part of this version: its task counts as missing"), "{said}");
-    assert!(said.contains("6 of 24 tasks are missing"), "{said}");
+    refused(1, &["study", "merge", text(&study)])
+        .says("is not a complete part of this version: its task counts as missing")
+        .says("6 of 24 tasks are missing");
     let output = leadlag(&["study", "run", text(&study)]);
     assert_eq!(number_before(&stderr(&output), "computed"), 6);
     same(&merged(&study, &[]), expected(), "after torn parts");
@@ -64,8 +64,7 @@ fn torn_parts_are_noticed_and_computed_again() {
 fn a_double_part_does_no_harm_and_a_contradiction_stops_the_merge() {
     let (study, paths) = finished("double");
     fs::copy(&paths[0], study.join("parts/copy of a part.json")).unwrap();
-    let output = leadlag(&["study", "merge", text(&study)]);
-    assert!(output.status.success());
+    let output = succeeds(&["study", "merge", text(&study)]);
     assert!(stderr(&output).contains("repeats another part: no harm"), "{}", stderr(&output));
     same(&merged(&study, &[]), expected(), "with a double part");
 
@@ -98,9 +97,7 @@ fn a_double_part_does_no_harm_and_a_contradiction_stops_the_merge() {
     let back = study.join("parts/other.json");
     fs::rename(&other, &back).unwrap();
     let other = back;
-    let (code, said) = fails(&["study", "report", text(&study)]);
-    assert_eq!(code, 1);
-    assert!(said.contains("parts contradict each other (1 pair)"), "{said}");
+    refused(1, &["study", "report", text(&study)]).says("parts contradict each other (1 pair)");
     fs::remove_file(other).unwrap();
     same(&merged(&study, &[]), expected(), "without the contradiction");
 }
@@ -122,9 +119,7 @@ fn missing_parts_are_named_and_merged_without_only_when_asked() {
     fs::remove_file(&paths[5]).unwrap();
     let id = paths[5].file_stem().unwrap().to_string_lossy().into_owned();
     assert_eq!(status(&study)["missing"][0].as_str(), Some(id.as_str()));
-    let (code, said) = fails(&["study", "merge", text(&study)]);
-    assert_eq!(code, 1);
-    assert!(said.contains(&format!("missing: {id} (S")), "{said}");
+    refused(1, &["study", "merge", text(&study)]).says(&format!("missing: {id} (S"));
     assert!(!study.join("merged").exists(), "nothing is written");
     let partial = merged(&study, &["--partial"]);
     let lines = String::from_utf8(partial["calibrations.csv"].clone()).unwrap().lines().count();
@@ -190,12 +185,9 @@ fn empty_tables_do_not_replace_those_of_the_plan_before() {
     let file = study.with_file_name("other.toml");
     fs::write(&file, plan_text(2, 301)).unwrap();
     ok(&["study", "plan", text(&file), "--out", text(&study)]);
-    let (code, said) = fails(&["study", "merge", text(&study), "--partial"]);
-    assert_eq!(code, 1);
-    assert!(
-        said.contains("no task of this plan is done, and ") && said.contains("--out DIR` writes elsewhere"),
-        "{said}"
-    );
+    refused(1, &["study", "merge", text(&study), "--partial"])
+        .says("no task of this plan is done, and ")
+        .says("--out DIR` writes elsewhere");
     same(&files(&study.join("merged")), &tables, "after the refusal");
     let elsewhere = study.with_file_name("elsewhere");
     ok(&["study", "merge", text(&study), "--partial", "--out", text(&elsewhere)]);
@@ -217,8 +209,7 @@ fn a_study_that_was_copied_without_its_empty_folders_runs() {
 fn without_locks_a_run_says_so_and_computes_the_same() {
     let study = small("no_locks");
     fs::create_dir(study.join("claims/locks")).unwrap();
-    let output = leadlag(&["study", "run", text(&study)]);
-    assert!(output.status.success());
+    let output = succeeds(&["study", "run", text(&study)]);
     assert!(
         stderr(&output).contains("warning: ") && stderr(&output).contains("files cannot be locked here"),
         "{}",

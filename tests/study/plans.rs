@@ -1,6 +1,6 @@
 //! Plans: their studies, and the messages about invalid ones.
 
-use super::common::{data, fails, json_of, leadlag, ok, plan_text, scratch, stderr, text};
+use super::common::{data, fails, flat, json_of, leadlag, ok, plan_text, refused, scratch, stderr, text};
 use leadlag::internal::study::{Plan, Study};
 use std::collections::BTreeSet;
 use std::fs;
@@ -73,7 +73,7 @@ fn a_plan_says_what_it_uses_within_80_columns() {
     assert!(short.contains("4 trajectories of 2 files; changes to ") && !short.contains("sha256"), "{short}");
     let output = leadlag(&[&plan[..], &["--verbose"]].concat());
     let said = stderr(&output);
-    let flat = said.split_whitespace().collect::<Vec<_>>().join(" ");
+    let flat = flat(&said);
     for expected in [
         "S2 uses two/platoon.csv sha256 ",
         " follower 2, ",
@@ -187,9 +187,7 @@ fn bad_plans_say_where_what_and_what_to_do() {
     ];
     for (from, to, message) in table {
         fs::write(&file, plan.replacen(from, to, 1)).unwrap();
-        let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&out)]);
-        assert_eq!(code, 2, "{to}: {said}");
-        assert!(said.contains(message), "{to}\nexpected: {message}\nfound: {said}");
+        refused(2, &["study", "plan", text(&file), "--out", text(&out)]).says(message);
         assert!(!out.exists(), "{to}: nothing is written");
     }
 }
@@ -247,7 +245,7 @@ fn a_driver_is_known_by_the_id_in_training_and_test() {
     };
     let same = said(["D01", "D03"]);
     assert!(same.contains("2 validation runs") && !same.contains("nothing is validated"), "{same}");
-    let other = said(["D03", "D04"]).split_whitespace().collect::<Vec<_>>().join(" ");
+    let other = flat(&said(["D03", "D04"]));
     assert!(other.contains("0 validation runs") && other.contains("the followers are D01, D02, D03, D04"), "{other}");
 }
 
@@ -331,9 +329,7 @@ fn data_that_are_not_there_say_how_to_name_others() {
     let (_, said) = fails(&["study", "plan", text(&file), "--out", text(&out)]);
     let missing = data().join("three/platoon.csv");
     assert!(said.starts_with(&format!("error: {}: no such file", missing.display())), "the file first: {said}");
-    let (code, said) = fails(&["study", "plan", text(&data().join("no.toml"))]);
-    assert_eq!(code, 1);
-    assert!(said.contains("no.toml: cannot read the plan"), "{said}");
+    refused(1, &["study", "plan", text(&data().join("no.toml"))]).says("no.toml: cannot read the plan");
 }
 
 #[test]
@@ -342,12 +338,10 @@ fn a_plan_or_nothing_instead_of_a_folder_says_what_to_do() {
     let file = folder.join("plan.toml");
     fs::write(&file, plan_text(1, 300)).unwrap();
     for verb in ["run", "status", "merge"] {
-        let (code, said) = fails(&["study", verb, text(&file)]);
-        assert_eq!(code, 2);
-        assert!(said.contains("expected a study folder, found a file; make one with `leadlag study plan "), "{said}");
-        let (code, said) = fails(&["study", verb, text(&folder.join("none"))]);
-        assert_eq!(code, 1);
-        assert!(said.contains("expected a study folder; make one with `leadlag study plan PLAN.toml --out "), "{said}");
+        refused(2, &["study", verb, text(&file)])
+            .says("expected a study folder, found a file; make one with `leadlag study plan ");
+        refused(1, &["study", verb, text(&folder.join("none"))])
+            .says("expected a study folder; make one with `leadlag study plan PLAN.toml --out ");
     }
 }
 
@@ -429,9 +423,8 @@ fn a_plan_of_ones_own_is_not_replaced_by_the_copy_of_another() {
     let (own, other) = (folder.join("plan.toml"), folder.join("other.toml"));
     fs::write(&own, "precious").unwrap();
     fs::write(&other, plan_text(1, 300)).unwrap();
-    let (code, said) = fails(&["study", "plan", text(&other), "--out", text(&folder)]);
-    assert_eq!(code, 2);
-    assert!(said.contains("another plan, which the study's copy of this one would replace"), "{said}");
+    refused(2, &["study", "plan", text(&other), "--out", text(&folder)])
+        .says("another plan, which the study's copy of this one would replace");
     assert_eq!(fs::read_to_string(&own).unwrap(), "precious");
     // The plan itself may stay in place.
     fs::rename(&other, &own).unwrap();
@@ -469,9 +462,11 @@ fn a_plan_that_validates_everything_on_everything_is_refused() {
     let plan = format!("{head}{platoons}{settings}");
     fs::write(&file, &plan).unwrap();
     let out = file.with_file_name("study");
-    let (code, said) = fails(&["study", "plan", text(&file), "--out", text(&out)]);
-    assert!(code == 1 && said.contains("validation runs, expected at most 5000000"), "{said}");
-    assert!(said.contains("set validation.on = \"none\"") && !out.exists(), "{said}");
+    let said = refused(1, &["study", "plan", text(&file), "--out", text(&out)])
+        .says("validation runs, expected at most 5000000")
+        .says("set validation.on = \"none\"")
+        .0;
+    assert!(!out.exists(), "{said}");
 }
 
 #[test]

@@ -1,6 +1,6 @@
 //! The report: its numbers follow from the tables of the study, beside the paper's.
 
-use super::common::{fails, files, ok, part_names, plan_text, planned, rows_in, same, text};
+use super::common::{files, ok, part_names, plan_text, planned, refused, rows_in, same, text};
 use std::collections::{BTreeMap, HashMap};
 use std::fs;
 use std::path::PathBuf;
@@ -173,9 +173,7 @@ fn a_report_of_an_unfinished_study_says_so_and_a_finished_one_is_the_same_again(
     same(&reported(&study, &[]), &whole, "a second report");
     let parts = study.join("parts");
     fs::remove_file(parts.join(&part_names(&study)[0])).unwrap();
-    let (code, said) = fails(&["study", "report", text(&study)]);
-    assert_eq!(code, 1);
-    assert!(said.contains("1 of 60 tasks are missing"), "{said}");
+    refused(1, &["study", "report", text(&study)]).says("1 of 60 tasks are missing");
     let partial = reported(&study, &["--partial"]);
     let summary = String::from_utf8(partial["report.md"].clone()).unwrap();
     assert!(summary.contains("**1 task is missing: these numbers are preliminary.**"), "{summary}");

@@ -1,7 +1,8 @@
 //! The merged bytes are the same for any division of the tasks.
 
 use super::common::{
-    expected, fails, files, merged, ok, part_names, plan_by, planned, same, scratch, small, stderr, text,
+    expected, fails, files, merged, ok, part_names, plan_by, planned, refused, same, scratch, small, stderr, succeeds,
+    text,
 };
 use super::common::{leadlag, number_before};
 use leadlag::internal::catalog::Variant;
@@ -31,8 +32,7 @@ fn shards_merge_to(expected: &BTreeMap<String, Vec<u8>>, optimizer: &str, evalua
             // Threads and batches differ as well.
             let (shard, batch, threads) = (format!("{i}/{n}"), (1 + 3 * i).to_string(), (1 + i % 2).to_string());
             let run = ["study", "run", text(&study), "--shard", &shard, "--batch", &batch, "--threads", &threads];
-            let output = leadlag(&run);
-            assert!(output.status.success(), "{}", stderr(&output));
+            let output = succeeds(&run);
             computed.push(number_before(&stderr(&output), "computed"));
         }
         assert_eq!(computed.iter().sum::<usize>(), 24, "{computed:?}");
@@ -66,9 +66,8 @@ fn several_tasks_are_computed_at_once() {
     let mut expected = [9, 2, 23].map(|i: usize| format!("{}.json", ids[i]));
     expected.sort();
     assert_eq!(names, expected);
-    let (code, said) = fails(&["study", "run", text(&study), "--task", &ids[0], "--task", "nonsense"]);
-    assert_eq!(code, 2);
-    assert!(said.contains("task `nonsense`: 0 tasks"), "{said}");
+    refused(2, &["study", "run", text(&study), "--task", &ids[0], "--task", "nonsense"])
+        .says("task `nonsense`: 0 tasks");
 }
 
 #[test]
@@ -76,9 +75,7 @@ fn shards_computed_in_several_folders_are_merged_from_all_of_them() {
     let (here, there) = (small("here"), small("there"));
     ok(&["study", "run", text(&here), "--shard", "1/2"]);
     ok(&["study", "run", text(&there), "--shard", "2/2"]);
-    let (code, said) = fails(&["study", "merge", text(&here)]);
-    assert_eq!(code, 1);
-    assert!(said.contains("of 24 tasks are missing"), "{said}");
+    refused(1, &["study", "merge", text(&here)]).says("of 24 tasks are missing");
     let further = there.join("parts");
     same(&merged(&here, &["--parts", text(&further)]), expected(), "two folders");
     assert!(part_names(&here).len() < 24, "merging computes nothing and copies nothing");
@@ -113,9 +110,8 @@ fn data_that_have_changed_are_noticed() {
             fs::write(elsewhere.join(name).join(file), content).unwrap();
         }
     }
-    let (code, said) = fails(&["study", "run", text(&study), "--data", text(&elsewhere)]);
-    assert_eq!(code, 1);
-    assert!(said.contains("24 of 24 tasks are not those that were planned"), "validation counts: {said}");
+    refused(1, &["study", "run", text(&study), "--data", text(&elsewhere)])
+        .says("24 of 24 tasks are not those that were planned");
     // The same numbers in other bytes: a part holds the checksum of every file that it is validated on.
     let given = fs::read_to_string(super::common::data().join("two/platoon.csv")).unwrap();
     fs::write(elsewhere.join("two/platoon.csv"), given.replace('\n', "\r\n")).unwrap();
@@ -127,13 +123,11 @@ fn data_that_have_changed_are_noticed() {
 fn a_shard_that_is_none_is_refused() {
     let study = small("no_shard");
     for (shard, found) in [("0/2", "0/2"), ("3/2", "3/2"), ("two", "two"), ("1/0", "1/0")] {
-        let (code, said) = fails(&["study", "run", text(&study), "--shard", shard]);
-        assert_eq!(code, 2);
-        assert!(said.contains(&format!("expected I/N with I from 1 to N, such as 2/5, found `{found}`")), "{said}");
+        refused(2, &["study", "run", text(&study), "--shard", shard])
+            .says(&format!("expected I/N with I from 1 to N, such as 2/5, found `{found}`"));
     }
-    let (code, said) = fails(&["study", "run", text(&study), "--task", "nonsense"]);
-    assert_eq!(code, 2);
-    assert!(said.contains("task `nonsense`: 0 tasks of this study begin with this id, expected one"), "{said}");
+    refused(2, &["study", "run", text(&study), "--task", "nonsense"])
+        .says("task `nonsense`: 0 tasks of this study begin with this id, expected one");
 }
 
 #[test]
@@ -176,9 +170,7 @@ fn shares_count_from_one_and_share_out_everything() {
 
 #[test]
 fn an_adapter_for_a_plan_that_computes_on_the_cpu_is_refused() {
-    let (code, said) = fails(&["study", "run", text(&small("adapter")), "--gpu", "0"]);
-    assert_eq!(code, 2);
-    assert!(said.contains("--gpu: this plan computes on the CPU"), "{said}");
+    refused(2, &["study", "run", text(&small("adapter")), "--gpu", "0"]).says("--gpu: this plan computes on the CPU");
 }
 
 /// Table 1 has a period of 3 and of 18, and the cost of a task follows it.

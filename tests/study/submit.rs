@@ -1,6 +1,6 @@
 //! Output of `study submit` for SLURM. The scripts are run here by a shell, with the variables that SLURM would set.
 
-use super::common::{expected, fails, leadlag, merged, number_before, ok, same, small, stderr, text};
+use super::common::{expected, fails, merged, number_before, ok, refused, same, small, stderr, succeeds, text};
 use std::fs;
 use std::path::Path;
 use std::process::Command;
@@ -59,8 +59,7 @@ fn the_scripts_say_what_slurm_needs() {
 fn the_number_of_jobs_follows_from_what_was_measured() {
     let study = small("submit_measured");
     let submit = |further: &[&str]| {
-        let output = leadlag(&[&["study", "submit", text(&study), "--slurm"], further].concat());
-        assert!(output.status.success(), "{}", stderr(&output));
+        let output = succeeds(&[&["study", "submit", text(&study), "--slurm"], further].concat());
         stderr(&output)
     };
     let said = submit(&[]);
@@ -127,17 +126,14 @@ fn the_jobs_in_any_order_merge_to_the_same_bytes() {
 #[test]
 fn what_cannot_be_submitted_is_told() {
     let study = small("submit_wrong");
-    let (code, said) = fails(&["study", "submit", text(&study)]);
-    assert_eq!(code, 2);
-    assert!(said.contains("--slurm"), "{said}");
-    let (code, said) = fails(&["study", "submit", text(&study), "--slurm", "--cpus", "0"]);
-    assert_eq!(code, 2);
-    assert!(said.contains("expected a whole number from 1 to 1024"), "{said}");
-    let (code, said) = fails(&["study", "submit", text(&study), "--slurm", "--sbatch", "--mem=2G\n#SBATCH --x"]);
-    assert!(code == 2 && said.contains("has a line end, which an #SBATCH line cannot contain"), "{said}");
+    refused(2, &["study", "submit", text(&study)]).says("--slurm");
+    refused(2, &["study", "submit", text(&study), "--slurm", "--cpus", "0"])
+        .says("expected a whole number from 1 to 1024");
+    refused(2, &["study", "submit", text(&study), "--slurm", "--sbatch", "--mem=2G\n#SBATCH --x"])
+        .says("has a line end, which an #SBATCH line cannot contain");
     let broken = study.join("two\nlines");
-    let (code, said) = fails(&["study", "submit", text(&study), "--slurm", "--out", text(&broken)]);
-    assert!(code == 2 && said.contains("has a line end, which an #SBATCH line cannot contain"), "{said}");
+    refused(2, &["study", "submit", text(&study), "--slurm", "--out", text(&broken)])
+        .says("has a line end, which an #SBATCH line cannot contain");
     assert!(!broken.exists());
     let (code, _) = fails(&["study", "submit", "nowhere", "--slurm"]);
     assert_eq!(code, 1);

@@ -1,14 +1,13 @@
 //! Changes that a checksum cannot reveal: numbers that were changed together with it.
 
-use super::common::{fails, ok, part_names, small, stderr, text};
+use super::common::{fails, ok, part_names, refused, small, stderr, text};
 use leadlag::internal::study::part::Part;
 use std::fs;
 
 #[test]
 fn a_changed_number_with_a_renewed_checksum_is_found_by_computing_again() {
     let study = small("verify");
-    let (code, said) = fails(&["study", "verify", text(&study)]);
-    assert!(code == 1 && said.contains("no task is done yet"), "{said}");
+    refused(1, &["study", "verify", text(&study)]).says("no task is done yet");
     ok(&["study", "run", text(&study)]);
     let parts = part_names(&study);
     let said = ok(&["study", "verify", text(&study), "--seed", "7"]);

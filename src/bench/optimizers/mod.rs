@@ -74,9 +74,6 @@ impl Entry for OptimizerOutcome {
 
 impl OptimizerOutcome {
     /// The journal of finished tasks in a file, without those of another program or state of the search.
-    ///
-    /// # Errors
-    /// As [`Journal::open`].
     pub fn journal(path: &Path) -> Result<Journal<Self>, JournalError> {
         let is_own = |outcome: &Self| outcome.program == *PROGRAM;
         Journal::open(path, None, &|line| Ok(serde_json::from_slice(line).ok().filter(is_own)))
@@ -165,7 +162,6 @@ const REPLICATES: u64 = 10;
 
 /// The tasks for an optimiser: seeds first, then one calibration by the program itself (of `auto`, for which there is a target), the hard
 /// surfaces, and the spread over everything; `quick` takes five seeds of each ten, no hard ones, and twelve variants, one per follower.
-#[must_use]
 pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
     let mut tasks = Vec::new();
     let task = |aim: &str, model_id, platoon, follower, seed, replicates, max_evaluations| OptimizerTask {
@@ -203,9 +199,6 @@ pub fn optimizer_tasks(optimizer: &str, quick: bool) -> Vec<OptimizerTask> {
 
 /// Runs the tasks that the journal lacks, and adds each to it. `program` is the executable that `wall` tasks start. `progress` receives the
 /// number of finished tasks, before every task and, except for `wall`, during it, and can stop the run: the present task is then not kept.
-///
-/// # Errors
-/// [`BenchError`].
 pub fn run_optimizers(
     shared: &Path,
     program: &Path,

@@ -2,6 +2,7 @@
 
 use super::{HARD, OptimizerOutcome, OptimizerTask, REPLICATES, SEED_TARGETS, SEEDS, SURFACES, WALL_TARGET_S};
 use crate::batch::Journal;
+use crate::calibrate::coefficient_of_variation;
 use crate::statistics::median;
 use serde::Serialize;
 use std::fmt::Write;
@@ -28,7 +29,6 @@ pub struct Finding {
 pub struct OptimizerReport {
     /// Version of this layout.
     pub schema_version: u32,
-    /// The optimiser.
     pub optimizer: String,
     /// The targets.
     pub findings: Vec<Finding>,
@@ -38,7 +38,6 @@ pub struct OptimizerReport {
 
 impl OptimizerReport {
     /// Results of the tasks in the journal.
-    #[must_use]
     pub fn new(optimizer: &str, tasks: &[OptimizerTask], journal: &Journal<OptimizerOutcome>) -> OptimizerReport {
         let outcomes: Vec<OptimizerOutcome> = tasks.iter().filter_map(|t| journal.get(t)).cloned().collect();
         let mut findings = Vec::new();
@@ -87,7 +86,6 @@ impl OptimizerReport {
     }
 
     /// For a terminal of 80 columns.
-    #[must_use]
     pub fn table(&self) -> String {
         let mut text = String::new();
         // Writing to a String cannot fail.
@@ -175,20 +173,14 @@ fn finding(goal: String, wanted: f64, at_most: bool, found: Option<f64>, tasks: 
 
 impl OptimizerOutcome {
     /// True if every replicate has a score as low as this, within this many evaluations.
-    #[must_use]
     pub fn reached(&self, score: f64, evaluations: u64) -> bool {
         let low = self.scores.iter().all(|found| found.is_some_and(|found| found <= score));
         low && self.evaluations.iter().all(|spent| *spent <= evaluations)
     }
 
     /// Coefficient of variation of the scores \[%\]; infinite if a replicate has no score.
-    #[must_use]
     pub fn variation(&self) -> f64 {
         let scores: Option<Vec<f64>> = self.scores.iter().copied().collect();
-        let Some(scores) = scores.filter(|s| s.len() > 1) else { return f64::INFINITY };
-        let count = scores.len() as f64;
-        let mean = scores.iter().sum::<f64>() / count;
-        let variance = scores.iter().map(|x| (x - mean).powi(2)).sum::<f64>() / (count - 1.0);
-        100.0 * variance.sqrt() / mean.abs()
+        scores.and_then(coefficient_of_variation).map_or(f64::INFINITY, |variation| 100.0 * variation)
     }
 }

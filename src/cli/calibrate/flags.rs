@@ -146,10 +146,7 @@ fn seconds(text: &str) -> Result<Duration, String> {
 }
 
 impl Args {
-    /// The variants with their extensions.
-    ///
-    /// # Errors
-    /// Several without --all, one twice, or an invalid extension.
+    /// The variants with their extensions. Fails for several without --all, one twice, or an invalid extension.
     pub fn extended(&self) -> anyhow::Result<Vec<Variant>> {
         if let [_, another, ..] = self.models.as_slice()
             && !self.all
@@ -167,10 +164,7 @@ impl Args {
         }
     }
 
-    /// The calibration by the flags, for one of the models.
-    ///
-    /// # Errors
-    /// As [`Args::settings`], and if evaluator and precision contradict each other.
+    /// The calibration by the flags, for one of the models. Fails if evaluator and precision contradict each other.
     pub fn calibration(&self, model: Variant) -> anyhow::Result<Calibration> {
         let mut calibration = Calibration::of_variant(model);
         calibration.bounds.clone_from(&self.bounds);
@@ -188,8 +182,7 @@ impl Args {
         Ok(calibration)
     }
 
-    /// # Errors
-    /// An invalid population for the optimiser, or one that exceeds the limit of simulations.
+    /// Fails for an invalid population for the optimiser, or one that exceeds the limit of simulations.
     fn settings(&self) -> anyhow::Result<calibrate::Calibration> {
         let search = &self.search;
         let max_evaluations = search.max_evaluations.unwrap_or(Stop::default().max_evaluations);

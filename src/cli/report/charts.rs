@@ -1,5 +1,6 @@
 //! The time charts of a report, from the tables that calibrate and diagnose leave behind.
 
+use super::super::folder::suffix;
 use crate::report::html::Chart;
 use crate::report::panel::{Panel, Series, Style};
 use crate::report::residuals::{Simulated, other_errors};
@@ -87,9 +88,8 @@ pub fn of_diagnosis(folder: &Path, outcome: &Outcome) -> anyhow::Result<Vec<Char
 pub fn of_sumo(folder: &Path, export: &Export) -> anyhow::Result<Vec<Chart>> {
     let mut charts = Vec::new();
     // Without losses, SUMO was not run, and its files there belong to an earlier export.
-    for (number, (drive, _)) in (1..).zip(export.data.iter().zip(&export.loss)) {
-        let suffix = if export.data.len() == 1 { String::new() } else { format!("_{number}") };
-        let path = folder.join(format!("sumo/comparison{suffix}.csv"));
+    for (number, (drive, _)) in export.data.iter().zip(&export.loss).enumerate() {
+        let path = folder.join(format!("sumo/comparison{}.csv", suffix(number, export.data.len())));
         if path.exists() {
             let table = columns(&path)?;
             let panels =
@@ -118,9 +118,8 @@ fn label(entry: &DataEntry, all: &[DataEntry]) -> String {
 pub fn of_calibration(folder: &Path, result: &ResultFile) -> anyhow::Result<(Vec<Chart>, Vec<Simulated>)> {
     let count = result.data.len();
     let (mut charts, mut all) = (Vec::new(), Vec::new());
-    for (number, entry) in (1..).zip(&result.data) {
-        let suffix = if count == 1 { String::new() } else { format!("_{number}") };
-        let path = folder.join(format!("simulation{suffix}.csv"));
+    for (number, entry) in result.data.iter().enumerate() {
+        let path = folder.join(format!("simulation{}.csv", suffix(number, count)));
         if !path.exists() {
             eprintln!("warning: {} is missing, and so are its charts", path.display());
             continue;

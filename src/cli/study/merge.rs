@@ -6,6 +6,7 @@ use super::status::{Place, complain};
 use crate::report::{csv, parquet};
 use crate::study::{SCHEMA_VERSION, merge};
 use crate::text::bounded::Lines;
+use crate::text::shown::counted;
 use anyhow::bail;
 use std::fs::File;
 use std::io::{BufRead, BufReader};
@@ -93,7 +94,7 @@ pub fn tables(of: &Place, partial: bool, out: Option<&Path>) -> anyhow::Result<(
     files.insert(0, ("missing.csv".to_owned(), &merged.missing, csv::write(&merged.missing)));
     for (name, table, bytes) in files {
         change.write(&name, &bytes)?;
-        text += &format!("{}  {}\n", out.join(name).display(), output::counted(table.rows() as u64, "row"));
+        text += &format!("{}  {}\n", out.join(name).display(), counted(table.rows(), "row"));
     }
     change.finish(Vec::new())?;
     let infeasible = inventory.failed();

@@ -1,14 +1,14 @@
 //! `leadlag study plan`.
 
 use super::super::evaluator::warn;
-use super::super::output::{self, counted};
+use super::super::output;
 use crate::api::study::planned;
 use crate::study::folder::Folder;
 use crate::study::plan::Validation;
 use crate::study::{Study, Task};
-use crate::text::shown::{NAMED, first};
+use crate::text::shown::{NAMED, counted, first};
 use crate::trajectory::is_nameless;
-use std::collections::HashSet;
+use std::collections::{BTreeSet, HashSet};
 use std::io::IsTerminal;
 use std::path::PathBuf;
 use textwrap::fill;
@@ -57,11 +57,9 @@ fn used(study: &Study) -> String {
 
 /// The most important facts about the data, and a reference to the rest.
 fn in_short(study: &Study) -> String {
-    let mut files: Vec<&str> = study.drives.iter().map(|drive| drive.entry.file.as_str()).collect();
-    files.sort_unstable();
-    files.dedup();
+    let files: BTreeSet<&str> = study.drives.iter().map(|drive| drive.entry.file.as_str()).collect();
     let prepared = study.drives.iter().filter(|drive| !drive.entry.notes.is_empty()).count();
-    let (count, of) = (counted(study.drives.len() as u64, "trajectory"), counted(files.len() as u64, "file"));
+    let (count, of) = (counted(study.drives.len(), "trajectory"), counted(files.len(), "file"));
     let text = format!("{count} of {of}; changes to {prepared} of them: --verbose, or study.json");
     let mut text = format!("{}\n", fill(&text, lines_within(0)));
     if let Some(first) = study.left_out.first() {
@@ -79,14 +77,12 @@ fn in_short(study: &Study) -> String {
 /// Cars that count as one because their files name neither.
 fn taken_for_one(study: &Study) -> Option<String> {
     let tried = (0..study.drives.len()).filter(|&i| !study.validated_on(i).is_empty());
-    let mut names: Vec<&str> =
+    let names: BTreeSet<&str> =
         tried.map(|i| study.drives[i].entry.vehicle.as_str()).filter(|v| is_nameless(v)).collect();
-    names.sort_unstable();
-    names.dedup();
     let note = format!(
         "the files do not name the cars: those called {} in several platoons count as one car, and a calibration on one is \
          validated on the others. If they are different cars, name them by `vehicle` in [[platoon]], or set validation.on = \"none\"",
-        names.join(", ")
+        Vec::from_iter(names.iter().copied()).join(", ")
     );
     (!names.is_empty()).then_some(note)
 }
@@ -96,13 +92,11 @@ fn not_validated(study: &Study) -> Option<String> {
     if study.plan.validation == Validation::None || study.drives.len() < 2 || study.validation_runs() > 0 {
         return None;
     }
-    let mut names: Vec<&str> = study.drives.iter().map(|drive| drive.entry.vehicle.as_str()).collect();
-    names.sort_unstable();
-    names.dedup();
+    let names: BTreeSet<&str> = study.drives.iter().map(|drive| drive.entry.vehicle.as_str()).collect();
     Some(format!(
         "nothing is validated: no two platoons have a follower of the same name; the followers are {}. If they are the same driver, give the name \
          by `vehicle` in [[platoon]], or map the id as `group`",
-        first(&names, NAMED)
+        first(&Vec::from_iter(names), NAMED)
     ))
 }
 
@@ -167,10 +161,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     }
     let product = format!(
         "{} = {} x {} x {} x {}; {} of the winners",
-        counted(tasks.len() as u64, "task"),
-        counted(study.drives.len() as u64, "trajectory"),
-        counted(study.plan.calibration.variants.len() as u64, "variant"),
-        counted(study.plan.calibration.gofs.len() as u64, "goodness-of-fit function"),
+        counted(tasks.len(), "task"),
+        counted(study.drives.len(), "trajectory"),
+        counted(study.plan.calibration.variants.len(), "variant"),
+        counted(study.plan.calibration.gofs.len(), "goodness-of-fit function"),
         counted(study.plan.calibration.replicates, "replicate"),
         counted(study.validation_runs(), "validation run"),
     );

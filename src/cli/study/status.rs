@@ -6,6 +6,7 @@ use super::super::output;
 use crate::study::folder::Folder;
 use crate::study::inventory::{self, Inventory};
 use crate::study::{SCHEMA_VERSION, Task, claimed, past_runs};
+use crate::text::shown::counted;
 use std::fmt::Write;
 use std::path::PathBuf;
 
@@ -75,7 +76,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     text += &complaints(&inventory);
     if runs.tasks > 0 {
         let rate = runs.tasks as f64 / runs.wall_s;
-        let (tasks, by) = (output::counted(runs.tasks, "task"), output::counted(runs.runs as u64, "run"));
+        let (tasks, by) = (counted(runs.tasks, "task"), counted(runs.runs, "run"));
         // Simultaneous runs count separately.
         let each = if runs.runs > 1 { " of all runs together" } else { "" };
         writeln!(
@@ -100,13 +101,10 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     output::print(&text)
 }
 
-/// Lists faults of the parts.
-///
-/// # Errors
-/// If two parts contradict each other, neither is used.
+/// Lists faults of the parts. If two parts contradict each other, neither is used.
 pub fn complain(inventory: &Inventory) -> anyhow::Result<()> {
     complaints(inventory).lines().for_each(|line| eprintln!("{line}"));
-    let pairs = output::counted(inventory.conflicting.len() as u64, "pair");
+    let pairs = counted(inventory.conflicting.len(), "pair");
     anyhow::ensure!(
         inventory.conflicting.is_empty(),
         "parts contradict each other ({pairs}), and leadlag uses neither; delete the wrong one of each pair; `leadlag study run` \

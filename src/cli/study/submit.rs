@@ -1,12 +1,13 @@
 //! `leadlag study submit`: files with which a scheduler computes a study.
 
 use super::super::demo::quoted;
-use super::super::output::{self, counted};
+use super::super::output;
 use super::status::complain;
 use crate::api::error::refuse;
 use crate::api::values::{real, whole};
 use crate::study::folder::{Folder, StudyFile, write_whole};
 use crate::study::{inventory, locks, past_runs};
+use crate::text::shown::counted;
 use anyhow::Context;
 use std::fmt::Write;
 use std::path::{Path, PathBuf};
@@ -71,7 +72,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     complain(&inventory)?;
     let open = inventory.missing.len();
     if open == 0 {
-        let (all, shown) = (counted(tasks.len() as u64, "task"), quoted(&args.folder.display().to_string()));
+        let (all, shown) = (counted(tasks.len(), "task"), quoted(&args.folder.display().to_string()));
         eprintln!("all {all} are done; continue with: leadlag study merge {shown}");
         return Ok(());
     }
@@ -96,7 +97,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         jobs,
         limit_min: (SLACK * takes_s / 60.0 + BEGINNING_MIN).ceil() as u64,
         locks: locks(&folder),
-        why: format!("{open} of {} open, {seconds:.3} CPU s each: {source}", counted(tasks.len() as u64, "task")),
+        why: format!("{open} of {} open, {seconds:.3} CPU s each: {source}", counted(tasks.len(), "task")),
     };
     // Each option of sbatch is a line of the scripts.
     let out = job.out.display().to_string();
@@ -110,7 +111,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     write_whole(&array, job.array().as_bytes())?;
     write_whole(&merge, job.merge().as_bytes())?;
     eprintln!("{}", job.why);
-    let [jobs, cores] = [(job.jobs as u64, "job"), (u64::from(args.cpus), "core")].map(|(n, word)| counted(n, word));
+    let (jobs, cores) = (counted(job.jobs, "job"), counted(args.cpus, "core"));
     eprintln!("{jobs} of {cores}, {:.0} min expected, {} min allowed", (takes_s / 60.0).ceil(), job.limit_min);
     if !job.locks {
         eprintln!("files cannot be locked in this folder: each job computes only its own share");
@@ -127,7 +128,7 @@ fn per_task(args: &Args, folder: &Folder, study: &StudyFile) -> anyhow::Result<(
         return Ok((seconds, "as given by --task-seconds".to_owned()));
     }
     if past.tasks > 0 && past.cpu_s > 0.0 {
-        let (tasks, runs) = (counted(past.tasks, "task"), counted(past.runs as u64, "run"));
+        let (tasks, runs) = (counted(past.tasks, "task"), counted(past.runs, "run"));
         return Ok((past.cpu_s / past.tasks as f64, format!("measured, {tasks} in {runs}")));
     }
     let samples: usize = study.drives.iter().map(|drive| drive.samples).sum();

@@ -8,6 +8,7 @@ use crate::evaluator::AdapterChoice;
 use crate::study::folder::Folder;
 use crate::study::part::Part;
 use crate::study::{Assignment, Event, Progress, RunSettings, drawn, inventory, verify};
+use crate::text::shown::counted;
 use anyhow::{bail, ensure};
 use serde_json::Value;
 use std::path::PathBuf;
@@ -57,12 +58,8 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
     let found = found?;
     ensure!(!found.interrupted, "interrupted: {} of {} parts were computed again", found.parts, chosen.len());
     let (count, all) = (found.differing.len(), inventory.done());
-    let said = format!(
-        "{} of {} computed again (--share {} --seed {seed}): ",
-        found.parts,
-        output::counted(all as u64, "part"),
-        args.share
-    );
+    let said =
+        format!("{} of {} computed again (--share {} --seed {seed}): ", found.parts, counted(all, "part"), args.share);
     if count == 0 {
         return output::print(&format!("{said}all identical\n"));
     }

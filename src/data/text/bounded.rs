@@ -25,7 +25,6 @@ const WHOLE: u64 = 8;
 pub const OWN_TABLE_MAX: u64 = 256 << 20;
 
 /// Limit of the address space of this process \[bytes\] (`ulimit -v`). Other systems than Linux set no such limit, or report it elsewhere.
-#[must_use]
 pub fn address_space() -> Option<u64> {
     let limits = std::fs::read_to_string("/proc/self/limits").ok()?;
     let line = limits.lines().find_map(|line| line.strip_prefix("Max address space"))?;
@@ -33,15 +32,11 @@ pub fn address_space() -> Option<u64> {
 }
 
 /// Memory that the rows of a table of measurements may take \[bytes\].
-#[must_use]
 pub fn table_memory() -> u64 {
     address_space().map_or(TABLE_MAX, |limit| TABLE_MAX.min(limit / WHOLE))
 }
 
-/// The bytes of a file.
-///
-/// # Errors
-/// When it cannot be read, or has more than `most` bytes ([`io::ErrorKind::FileTooLarge`]).
+/// The bytes of a file. Fails when it cannot be read, or has more than `most` bytes ([`io::ErrorKind::FileTooLarge`]).
 pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     let mut bytes = Vec::new();
     File::open(path)?.take(most + 1).read_to_end(&mut bytes)?;
@@ -52,10 +47,7 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The text of a file.
-///
-/// # Errors
-/// As [`read`], and when it is not UTF-8.
+/// The text of a file. Fails when it is not UTF-8.
 pub fn read_to_string(path: &Path, most: u64) -> io::Result<String> {
     let no_text = |_| io::Error::new(io::ErrorKind::InvalidData, "expected text in UTF-8; is this the right file?");
     String::from_utf8(read(path, most)?).map_err(no_text)
@@ -78,10 +70,7 @@ impl<R: Read> Lines<R> {
 }
 
 impl Lines<File> {
-    /// A table of this program, of at most [`OWN_TABLE_MAX`].
-    ///
-    /// # Errors
-    /// When it cannot be opened.
+    /// A table of this program, of at most [`OWN_TABLE_MAX`]. Fails when it cannot be opened.
     pub fn of_table(path: &Path) -> io::Result<Self> {
         Ok(Lines { inner: File::open(path)?, length: 0, left: OWN_TABLE_MAX })
     }

@@ -10,13 +10,13 @@ use std::sync::{PoisonError, RwLock};
 pub struct Opt(&'static str);
 
 macro_rules! options {
-    ($($id:ident)*) => { $(#[allow(missing_docs, reason = "the name says it")] pub const $id: Opt = Opt(stringify!($id));)* };
+    ($($id:ident)*) => { $(pub const $id: Opt = Opt(stringify!($id));)* };
 }
 
 options! {
     BASE BOUNDS COLUMNS CONVENTION CORRECT DATA EVALUATOR EXTEND FIX FOLDS FOLLOWER FROM GOF GPU GRADE HISTORY HOLDOUT JOINT JOURNAL
     LEAD_LENGTH LEAD_START MAX_EVALUATIONS MAX_GAP MODEL OPTIMIZER OUT OWN PRECISION RECONCILE REPLICATES RESAMPLE SEED SEGMENT SMOOTH SUMO
-    TO TO_MODEL TRAJECTORY VEHICLE
+    TO TRAJECTORY VEHICLE
 }
 
 /// How a front end words an option.
@@ -26,7 +26,6 @@ static WORDING: RwLock<Wording> = RwLock::new(flag);
 
 impl Opt {
     /// Its id, such as `max_gap`.
-    #[must_use]
     pub fn id(self) -> String {
         self.0.to_lowercase()
     }
@@ -49,13 +48,8 @@ impl fmt::Display for Opt {
 }
 
 /// The wording of the command line, and of a process that sets none: `--max-gap`.
-#[must_use]
 pub fn flag(option: Opt) -> String {
-    match option {
-        // The model of an export; the end of a window is an option of other commands.
-        TO_MODEL => "--to".to_owned(),
-        _ => format!("--{}", option.id().replace('_', "-")),
-    }
+    format!("--{}", option.id().replace('_', "-"))
 }
 
 thread_local! {

@@ -1,6 +1,7 @@
 //! Displays untrusted text: characters that move a cursor, hide or reorder text become escapes.
 
 use std::borrow::Cow;
+use std::fmt::Display;
 
 /// Control characters, those that set the direction of writing, and invisible ones.
 fn is_unseen(c: char) -> bool {
@@ -10,13 +11,11 @@ fn is_unseen(c: char) -> bool {
 }
 
 /// A name on one line: `\u000a` for a line end. Text escaped this way is valid in JSON, too.
-#[must_use]
 pub fn name(text: &str) -> Cow<'_, str> {
     escaped(text, is_unseen)
 }
 
 /// Text of several lines: line ends and tabs stay.
-#[must_use]
 pub fn lines(text: &str) -> Cow<'_, str> {
     escaped(text, |c| is_unseen(c) && !matches!(c, '\n' | '\t'))
 }
@@ -33,10 +32,19 @@ fn escaped(text: &str, escape: impl Fn(char) -> bool) -> Cow<'_, str> {
 pub const NAMED: usize = 5;
 
 /// The first of these names, and `...` in place of more than `most`: `a, b, ...`.
-#[must_use]
 pub fn first<T: AsRef<str>>(names: &[T], most: usize) -> String {
     let more = if names.len() > most { ", ..." } else { "" };
     names.iter().take(most).map(AsRef::as_ref).collect::<Vec<_>>().join(", ") + more
+}
+
+/// A number with the noun that it counts: `1 run`, `2 runs`, `2 trajectories`.
+pub fn counted(number: impl Display, word: &str) -> String {
+    let number = number.to_string();
+    match (number.as_str(), word.strip_suffix('y')) {
+        ("1", _) => format!("1 {word}"),
+        (_, Some(stem)) => format!("{number} {stem}ies"),
+        (_, None) => format!("{number} {word}s"),
+    }
 }
 
 #[cfg(test)]

@@ -4,7 +4,6 @@ use strum::VariantNames;
 
 /// The word of `known` nearest to an unknown one, if it is near enough to be a typing error: a third of the letters, one to
 /// three of them.
-#[must_use]
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let limit = (word.chars().count() / 3).clamp(1, 3);
     nearest_within(word, known, |_| limit)
@@ -12,7 +11,6 @@ pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Opti
 
 /// The word of `known` nearest to another one, the first of several, if it is at most as many edits away as `limit` allows. Case
 /// does not count; blanks and hyphens equal underscores.
-#[must_use]
 pub fn nearest_within<'a>(
     word: &str,
     known: impl IntoIterator<Item = &'a str>,
@@ -35,19 +33,16 @@ fn plain(word: &str) -> String {
 }
 
 /// `; did you mean ...?` for the end of a message, or nothing.
-#[must_use]
 pub fn did_you_mean<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> String {
     suggestion(nearest(word, known))
 }
 
 /// The same for a word that has already been found.
-#[must_use]
 pub fn suggestion(near: Option<&str>) -> String {
     near.map_or_else(String::new, |near| format!("; did you mean `{near}`?"))
 }
 
 /// `a, b or c`.
-#[must_use]
 pub fn any_of(words: &[&str]) -> String {
     match words {
         [several @ .., last] if !several.is_empty() => format!("{} or {last}", several.join(", ")),
@@ -66,7 +61,6 @@ pub struct UnknownWord {
 
 impl UnknownWord {
     /// `what` names the kind of the words of `T`.
-    #[must_use]
     pub fn of<T: VariantNames>(what: &'static str, found: &str) -> UnknownWord {
         UnknownWord { what, found: found.to_owned(), known: T::VARIANTS }
     }

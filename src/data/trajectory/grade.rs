@@ -26,14 +26,12 @@ pub(super) const LAPS_M: std::ops::RangeInclusive<f64> = 1.0..=1e6;
 
 impl Grade {
     /// A level road.
-    #[must_use]
     pub fn level() -> Self {
         Grade { x: vec![0.0], sin: vec![0.0], period: None, source: None }
     }
 
     /// Sine of the grade at position `x` \[m\]: linear between the two positions around it, after taking `x` modulo a
     /// closed track; constant beyond the ends of an open road.
-    #[must_use]
     pub fn at(&self, x: f64) -> f64 {
         let x = self.period.map_or(x, |period| x.rem_euclid(period));
         let above = self.x.partition_point(|&x_i| x_i <= x);
@@ -47,9 +45,6 @@ impl Grade {
 
     /// Reads a grade profile: columns `X,Y` describe a closed track whose length is the last `X` (as the authors'
     /// `Slope.csv`), `position_m,sin_grade` an open road.
-    ///
-    /// # Errors
-    /// [`ImportError`] with the places of the first problems.
     pub fn read_csv(path: &Path) -> Result<Self, ImportError> {
         Self::read_from(open(path)?, &path.display().to_string())
     }

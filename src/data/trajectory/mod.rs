@@ -38,16 +38,12 @@ pub struct Source {
 
 impl Source {
     /// The checksum of a file whose bytes are these.
-    #[must_use]
     pub fn of_bytes(path: &std::path::Path, bytes: &[u8]) -> Source {
         use sha2::{Digest, Sha256};
         Source { path: path.display().to_string(), sha256: hexadecimal(&Sha256::digest(bytes)) }
     }
 
-    /// The checksum of a file, read in pieces.
-    ///
-    /// # Errors
-    /// When it cannot be read.
+    /// The checksum of a file, read in pieces. Fails when it cannot be read.
     pub fn of(path: &std::path::Path) -> std::io::Result<Source> {
         use sha2::{Digest, Sha256};
         let mut hash = Sha256::new();
@@ -98,7 +94,6 @@ pub enum ChosenBy {
 
 impl Recording {
     /// Name of the file without folder and extension.
-    #[must_use]
     pub fn stem(&self) -> &str {
         let stem = std::path::Path::new(&self.source.path).file_stem();
         stem.and_then(std::ffi::OsStr::to_str).unwrap_or(&self.source.path)
@@ -142,26 +137,22 @@ pub struct Car {
     pub sin_grade: Option<Vec<f64>>,
     /// Faults of its own signals; results that need these signals are unavailable.
     pub faults: Faults,
-    /// Faults of its gap.
     pub gap_faults: Faults,
 }
 
 /// True for a placeholder: pair files name no car, and tables give a number. Two cars may share it.
-#[must_use]
 pub fn is_nameless(car: &str) -> bool {
     let is_number = car.chars().all(|c| c.is_ascii_digit());
     is_number || car == "follower" || car.starts_with("car ") || car.starts_with("vehicle ")
 }
 
 /// The id of a driver: the name of the car, otherwise that of the trajectory; `None` without either.
-#[must_use]
 pub fn driver_id<'a>(name: &'a str, trajectory: Option<&'a str>) -> Option<&'a str> {
     Some(name).filter(|name| !is_nameless(name)).or(trajectory)
 }
 
 impl Platoon {
     /// Faults of the signals that a follower needs; 1 is the car right behind the leader.
-    #[must_use]
     pub fn faults_of(&self, follower: usize) -> Faults {
         let mut faults = Faults::default();
         for car in self.cars.iter().filter(|car| car.number == follower || car.number == follower.saturating_add(1)) {
@@ -253,22 +244,16 @@ pub struct Trajectory {
 
 impl Trajectory {
     /// Number of samples.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.t.len()
     }
 
-    /// The longest of the segments that [`prepare()`] finds, which are never none; of equally long ones the first.
-    ///
-    /// # Panics
-    /// Without a segment.
-    #[must_use]
+    /// The longest of the segments that [`prepare()`] finds, which are never none; of equally long ones the first. Panics without a segment.
     pub fn longest(segments: Vec<Trajectory>) -> Trajectory {
         segments.into_iter().rev().max_by_key(Trajectory::len).expect("`prepare` finds at least one")
     }
 
     /// Driver of the follower, if the file names one: `ACC`, `Human`.
-    #[must_use]
     pub fn driver(&self) -> Option<&str> {
         self.notes.iter().find_map(|note| match note {
             Note::DriverMode { mode, .. } => Some(mode.as_str()),
@@ -301,7 +286,6 @@ impl Trajectory {
     }
 
     /// True if there is no sample (never in a prepared trajectory).
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.t.is_empty()
     }
@@ -309,7 +293,6 @@ impl Trajectory {
 
 /// The message if the data name different followers, or different drivers (`ACC`, `Human`), and their number. Placeholders and unknown drivers
 /// say nothing.
-#[must_use]
 pub fn different_names(trajectories: &[&Trajectory]) -> Option<(usize, String)> {
     let names = |one: &Trajectory| Some(one.name.clone()).filter(|name| !name.is_empty() && !is_nameless(name));
     let drivers = |one: &Trajectory| one.driver().map(str::to_owned);
@@ -326,7 +309,6 @@ pub fn different_names(trajectories: &[&Trajectory]) -> Option<(usize, String)> 
 }
 
 /// Positions that follow from speeds by the ballistic scheme, Eq. 1 \[m\].
-#[must_use]
 pub fn integrate(x_0: f64, v: &[f64], dt: f64) -> Vec<f64> {
     let mut x = Vec::with_capacity(v.len());
     let mut x_i = x_0;

@@ -7,7 +7,6 @@ use std::fmt;
 #[derive(Debug, Clone, PartialEq, serde::Serialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "units are in the names, and the displayed line of each note explains its fields")]
 pub enum Note {
     /// The file marks the driver: at this time the mode begins (or the file starts with it).
     DriverMode { car: usize, t_s: f64, mode: String },
@@ -79,7 +78,6 @@ pub enum Note {
 
 impl Note {
     /// True if it counts what a table has beside its pairs.
-    #[must_use]
     pub fn leaves_out(&self) -> bool {
         matches!(self, Note::ShortPairs { .. } | Note::LeadersAbsent { .. } | Note::BrokenLeftOut { .. })
     }

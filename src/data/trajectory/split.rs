@@ -5,7 +5,6 @@ use std::ops::Range;
 
 impl Trajectory {
     /// The start, and the rest from sample `at` on.
-    #[must_use]
     pub fn split(&self, at: usize) -> [Trajectory; 2] {
         let part = |range: Range<usize>, name: &str| {
             let of = |values: &[f64]| values[range.clone()].to_vec();

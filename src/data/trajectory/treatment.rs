@@ -15,8 +15,6 @@ pub struct Treatment {
 }
 
 impl Treatment {
-    /// The treatment of a trajectory.
-    #[must_use]
     pub fn of(trajectory: &Trajectory) -> Treatment {
         let anchor = trajectory.notes.iter().find_map(|note| match note {
             Note::Reconciled { anchor, .. } => Some(anchor.clone()),
@@ -30,7 +28,6 @@ impl Treatment {
     }
 
     /// A warning that a calibration was made on data of this treatment, and that the present ones have another.
-    #[must_use]
     pub fn differs(&self, now: &Treatment) -> Option<String> {
         (self != now).then(|| format!("calibrated on data prepared differently: {self}; now: {now}"))
     }

@@ -10,7 +10,6 @@ use std::path::{Path, PathBuf};
 
 /// A vehicle that cannot be read or found.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum VehicleError {
     #[error("{path}: cannot read the vehicle table")]
     Read { path: String, source: std::io::Error },
@@ -215,10 +214,7 @@ fn parse_csv(path: &Path, bytes: &[u8]) -> Result<Vec<Listed>, VehicleError> {
         .collect()
 }
 
-/// Reads a vehicle table, TOML or (by extension) CSV.
-///
-/// # Errors
-/// The file cannot be read, or a vehicle in it is incomplete or impossible.
+/// Reads a vehicle table, TOML or (by extension) CSV. Fails if the file cannot be read, or a vehicle in it is incomplete or impossible.
 pub fn read_table(path: &Path) -> Result<Vec<Vehicle>, VehicleError> {
     listed(path)?.into_iter().map(Listed::whole).collect()
 }
@@ -239,20 +235,15 @@ fn listed(path: &Path) -> Result<Vec<Listed>, VehicleError> {
     Ok(vehicles)
 }
 
-/// The vehicle `name` of a table, if there is one. With `needs_curve` its MFC curve has to be sound; without, one
-/// that cannot be read is left out. Curves of other vehicles are ignored.
-///
-/// # Errors
-/// The file cannot be read, a vehicle in it is impossible, or the curve that is needed cannot be used.
+/// The vehicle `name` of a table, if there is one. With `needs_curve` its MFC curve has to be sound; without, one that cannot be read is left out.
+/// Curves of other vehicles are ignored. Fails if the file cannot be read, a vehicle in it is impossible, or the curve that is needed cannot be used.
 pub fn find_in(table: &Path, name: &str, needs_curve: bool) -> Result<Option<Vehicle>, VehicleError> {
     let found = listed(table)?.into_iter().find(|listed| listed.vehicle.is_called(name));
     found.map(|listed| if needs_curve { listed.whole() } else { Ok(listed.with_what_is_there()) }).transpose()
 }
 
-/// Finds a vehicle by `NAME` (built in) or `FILE#NAME`, with its MFC curve if it has one.
-///
-/// # Errors
-/// The file cannot be read, has no vehicle of that name, or its curve cannot be used.
+/// Finds a vehicle by `NAME` (built in) or `FILE#NAME`, with its MFC curve if it has one. Fails if the file cannot be read, has no vehicle of that
+/// name, or its curve cannot be used.
 pub fn find(text: &str) -> Result<Vehicle, VehicleError> {
     find_for(text, true)
 }

@@ -25,10 +25,8 @@ pub struct Mfc {
 }
 
 impl Mfc {
-    /// Reads `speed_mps,a_ap,a_dp`.
-    ///
-    /// # Errors
-    /// A missing column, a value that is not a finite number, speeds that do not increase, fewer than two rows.
+    /// Reads `speed_mps,a_ap,a_dp`. Fails for a missing column, a value that is not a finite number, speeds that do not increase, fewer than two
+    /// rows.
     pub fn read_csv(path: &Path) -> Result<Mfc, VehicleError> {
         let table = |line: u64, found: String, expected: &'static str| VehicleError::Table {
             path: path.display().to_string(),

@@ -37,26 +37,22 @@ pub struct Vehicle {
 
 impl Vehicle {
     /// The five vehicles of the AstaZero platoons, without MFC curves.
-    #[must_use]
     pub fn built_in() -> Vec<Vehicle> {
         file::parse(include_str!("astazero.toml"), "built-in vehicle table", None).expect("the built-in table is valid")
     }
 
     /// The files it was read from: table and MFC curve.
-    #[must_use]
     pub fn files(&self) -> Vec<&Source> {
         self.table.iter().chain(self.mfc.as_ref().and_then(|m| m.source.as_ref())).collect()
     }
 
     /// True if `name` is this vehicle's slug, name or one of its aliases, ignoring case.
-    #[must_use]
     pub fn is_called(&self, name: &str) -> bool {
         let name = name.trim();
         std::iter::once(&self.slug).chain([&self.name]).chain(&self.aliases).any(|n| n.eq_ignore_ascii_case(name))
     }
 
     /// The built-in vehicle of that name.
-    #[must_use]
     pub fn called(name: &str) -> Option<Vehicle> {
         Vehicle::built_in().into_iter().find(|v| v.is_called(name))
     }

@@ -64,32 +64,17 @@ enum Precise {
 }
 
 impl ByHand {
-    /// Lays out a case of variant 1 (`idm`) in f32.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Course`].
-    ///
-    /// # Panics
-    /// If the case belongs to another variant.
+    /// Lays out a case of variant 1 (`idm`) in f32. Panics if the case belongs to another variant.
     pub fn f32(case: &Case, gof: &GoodnessOfFit) -> Result<ByHand, EvaluateError> {
         Native::new(case, gof).map(|native| ByHand(Precise::F32(native)))
     }
 
-    /// The same in f64.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Course`].
-    ///
-    /// # Panics
-    /// If the case belongs to another variant.
+    /// The same in f64. Panics if the case belongs to another variant.
     pub fn f64(case: &Case, gof: &GoodnessOfFit) -> Result<ByHand, EvaluateError> {
         Native::new(case, gof).map(|native| ByHand(Precise::F64(native)))
     }
 
     /// One score per candidate. A failure does not keep its step, and has the last one.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Room`].
     pub fn evaluate(&self, population: &Population, scores: &mut [Score]) -> Result<(), EvaluateError> {
         match &self.0 {
             Precise::F32(native) => native.evaluate(population, scores),

@@ -39,7 +39,7 @@ impl Batch {
         // Ordered by variant, then by first row, so that the same rows always share a population.
         let mut by_variant: BTreeMap<(u32, String), Vec<Group>> = BTreeMap::new();
         for (row, task) in tasks.into_iter().enumerate() {
-            match task.0 {
+            match task {
                 Err(reason) => results[row] = Some(Err(reason.to_string())),
                 Ok((case, parameters)) => {
                     // Two files with laws may have one name.

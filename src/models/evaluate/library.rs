@@ -41,7 +41,6 @@ impl DataLayout {
 
 /// A data folder that cannot be used.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum OpenError {
     #[error("{0}: expected the folder of the platoon files, or one file; there is none")]
     Missing(String),
@@ -51,7 +50,6 @@ pub enum OpenError {
 
 /// A platoon that is missing or cannot be used.
 #[derive(Debug, Clone, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum LibraryError {
     #[error("platoon {platoon}: no file {platoon}.csv in {}", searched.join(" or "))]
     NotFound { platoon: String, searched: Vec<String> },
@@ -80,7 +78,6 @@ pub enum LibraryError {
 /// Where the files of the rows are.
 #[derive(Debug, Default)]
 enum Place {
-    /// In this folder.
     Folder(PathBuf),
     /// This is the file of all rows.
     File(PathBuf),
@@ -115,53 +112,32 @@ pub struct Library {
     columns: Option<ColumnMap>,
     preparation: Preparation,
     vehicles: Vec<Vehicle>,
-    notes: Vec<String>,
-    /// Faults of the data of each follower in use.
-    faults: Vec<String>,
+    /// Changes to the data of each follower used so far, one line each.
+    pub notes: Vec<String>,
+    /// Faults of the data of each follower used so far, one line each.
+    pub faults: Vec<String>,
     cases: HashMap<Wanted, Result<Case, LibraryError>>,
     /// The file read last, because rows of one file are usually adjacent.
     last: Option<(PathBuf, Recording)>,
-    sources: Vec<Source>,
+    /// The files used so far, with checksums: data, and the parts of a vehicle that the variants needed.
+    pub sources: Vec<Source>,
     /// Vehicles in use: by short name, and whether the MFC curve was needed.
     used: HashSet<(String, bool)>,
-    /// Models that a table may name besides those that have a name everywhere, each with the upper bound of the delay of its extensions.
-    models: HashMap<String, (Variant, Option<f64>)>,
+    /// Models that a table may name besides those that have a name everywhere, such as those with the user's own law, each with the upper
+    /// bound of the delay of its extensions \[s\].
+    pub models: HashMap<String, (Variant, Option<f64>)>,
     /// The car of every follower, instead of the one that is called as the follower is.
-    vehicle: Option<Vehicle>,
-    /// The treatment of the data of the calibration that made the rows.
-    treatment: Option<Treatment>,
+    pub vehicle: Option<Vehicle>,
+    /// The treatment of the data of the calibration that made the rows; data that are treated otherwise get a warning.
+    pub treatment: Option<Treatment>,
 }
 
 /// Largest number of printed warnings about rows.
 const FAULTS: usize = 100;
 
 impl Library {
-    /// Adds a model that rows may name, such as one with the user's own law: `delay_upper` is the upper bound of the delay of its extensions
-    /// \[s\].
-    pub fn know(&mut self, name: String, variant: Variant, delay_upper: Option<f64>) {
-        self.models.insert(name, (variant, delay_upper));
-    }
-
-    /// Gives every follower this car.
-    pub fn drive_with(&mut self, vehicle: Vehicle) {
-        self.vehicle = Some(vehicle);
-    }
-
-    /// Warns of data that are treated otherwise.
-    pub fn expect(&mut self, treatment: Option<Treatment>) {
-        self.treatment = treatment;
-    }
-
-    /// The model of this name, if it was added.
-    pub(super) fn model(&self, name: &str) -> Option<(Variant, Option<f64>)> {
-        self.models.get(name).copied()
-    }
-
-    /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, otherwise from the
-    /// built-in table.
-    ///
-    /// # Errors
-    /// When there is no such folder or file, or a vehicle table exists but cannot be read.
+    /// Opens a folder, whose files are to be prepared alike. Vehicles come from `vehicles/vehicles.csv` in or beside it, otherwise from the built-in
+    /// table. Fails when there is no such folder or file, or a vehicle table exists but cannot be read.
     pub fn open(
         data: Option<&Path>,
         layout: DataLayout,
@@ -188,29 +164,11 @@ impl Library {
         matches!(self.place, Place::File(_))
     }
 
-    /// The files used so far, with checksums: data, and the parts of a vehicle that the variants needed.
-    #[must_use]
-    pub fn sources(&self) -> &[Source] {
-        &self.sources
-    }
-
-    /// Faults of the data of each follower used so far, one line each.
-    #[must_use]
-    pub fn faults(&self) -> &[String] {
-        &self.faults
-    }
-
     /// Adds the warning of a row once: tables have millions of rows.
     pub(super) fn doubt(&mut self, what: String) {
         if self.faults.len() < FAULTS && !self.faults.contains(&what) {
             self.faults.push(what);
         }
-    }
-
-    /// Changes to the data of each follower used so far, one line each.
-    #[must_use]
-    pub fn notes(&self) -> &[String] {
-        &self.notes
     }
 
     /// The case of a follower, for any variant (`Case::for_variant`).

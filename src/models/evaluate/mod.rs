@@ -12,7 +12,7 @@ use crate::score::{GoodnessOfFit, Measures};
 use crate::text::option::DATA;
 use batch::Batch;
 use csv::ByteRecord;
-use row::{Columns, Task};
+use row::{Columns, Task, parse};
 use std::collections::BTreeSet;
 use std::io::{Read, Write};
 use std::time::{Duration, Instant};
@@ -63,7 +63,6 @@ impl Summary {
 
 /// A table that cannot be evaluated at all.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum TableError {
     #[error("{path}: cannot read the cases")]
     Read { path: String, source: csv::Error },
@@ -86,10 +85,8 @@ pub type Build<'a> = dyn FnMut(Vec<Case>) -> Result<Box<dyn Evaluator>, Evaluate
 
 /// Evaluates a table: all input columns, then the outcome, row by row.
 ///
-/// `path` names the input in messages. `build` makes the evaluators, one per variant. `progress` receives the number of finished rows and may stop the work by returning false.
-///
-/// # Errors
-/// If the input lacks required columns, or reading or writing fails. A bad row is marked and is not an error.
+/// `path` names the input in messages. `build` makes the evaluators, one per variant. `progress` receives the number of finished rows and may stop
+/// the work by returning false. Fails if the input lacks required columns, or reading or writing fails. A bad row is marked and is not an error.
 pub fn evaluate_table(
     input: impl Read,
     path: &str,
@@ -119,8 +116,8 @@ pub fn evaluate_table(
             break;
         }
         let started = Instant::now();
-        let tasks: Vec<Task> = records.iter().map(|r| Task::parse(r, &columns, library, settings)).collect();
-        for (record, Task(task)) in records.iter().zip(&tasks) {
+        let tasks: Vec<Task> = records.iter().map(|r| parse(r, &columns, library, settings)).collect();
+        for (record, task) in records.iter().zip(&tasks) {
             let unused = task.as_ref().map_or(Vec::new(), |(case, _)| columns.unused(record, &case.variant));
             summary.with_unused += u64::from(!unused.is_empty());
             summary.unused.extend(unused);

@@ -133,28 +133,17 @@ pub(super) enum InvalidRow {
 }
 
 /// A run, or why there is none.
-pub(super) struct Task(pub(super) Result<(Case, Parameters), InvalidRow>);
+pub(super) type Task = Result<(Case, Parameters), InvalidRow>;
 
-impl Task {
-    pub(super) fn parse(record: &ByteRecord, columns: &Columns, library: &mut Library, settings: &Settings) -> Task {
-        Task(parse(record, columns, library, settings))
-    }
-}
-
-fn parse(
-    record: &ByteRecord,
-    columns: &Columns,
-    library: &mut Library,
-    settings: &Settings,
-) -> Result<(Case, Parameters), InvalidRow> {
+pub(super) fn parse(record: &ByteRecord, columns: &Columns, library: &mut Library, settings: &Settings) -> Task {
     if record.len() != columns.width {
         return Err(InvalidRow::Width { expected: columns.width, found: record.len() });
     }
     let text = |column: usize| String::from_utf8_lossy(record.get(column).unwrap_or_default()).trim().to_owned();
     let filled = |column: Option<usize>| column.map(text).filter(|text| !text.is_empty());
     let (id, name) = (filled(columns.model_id), filled(columns.variant));
-    let (variant, delay_upper) = match name.as_deref().and_then(|name| library.model(name)) {
-        Some(known) => known,
+    let (variant, delay_upper) = match name.as_deref().and_then(|name| library.models.get(name)) {
+        Some(known) => *known,
         None => (variant(id, name)?, None),
     };
     let follower = text(columns.follower);

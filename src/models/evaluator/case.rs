@@ -58,7 +58,6 @@ pub struct Case {
 
 /// What supplies a signal that a variant lacks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-#[allow(missing_docs, reason = "the message of each variant says what it is")]
 pub enum Supply {
     Vehicle,
     Curve,
@@ -84,7 +83,6 @@ impl fmt::Display for Supply {
 
 /// A trajectory that a variant cannot run on.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum CaseError {
     #[error("{label}: variant {variant} needs {what}; {remedy}")]
     Missing { label: String, variant: String, what: &'static str, remedy: Supply },
@@ -96,7 +94,6 @@ pub enum CaseError {
 
 /// A parameter vector that cannot be simulated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum InvalidParameter {
     #[error("{name}: expected {expected}, found {found}")]
     Domain { name: &'static str, expected: String, found: f64 },
@@ -112,10 +109,8 @@ pub enum InvalidParameter {
 }
 
 impl Case {
-    /// Checks that a candidate can be simulated, but not the bounds of a calibration.
-    ///
-    /// # Errors
-    /// The first parameter outside the domain of the equations, or a delay that reaches back before the data.
+    /// Checks that a candidate can be simulated, but not the bounds of a calibration. The error is the first parameter outside the domain of the
+    /// equations, or a delay that reaches back before the data.
     pub fn check(&self, parameters: &Parameters) -> Result<(), InvalidParameter> {
         for symbol in self.variant.parameters() {
             let (found, domain) = (parameters.get(symbol), symbol.domain());
@@ -131,7 +126,6 @@ impl Case {
     }
 
     /// A piece of it, without the measurements before and after.
-    #[must_use]
     pub fn part(&self, range: Range<usize>) -> Case {
         let own = |signal: &Arc<[f64]>| -> Arc<[f64]> { signal[range.clone()].into() };
         Case {
@@ -150,11 +144,8 @@ impl Case {
         }
     }
 
-    /// Prepares a trajectory for a variant. `tau_p_upper` is the upper bound of the perception delay \[s\] (0.8 in Table 3).
-    ///
-    /// # Errors
-    /// [`CaseError::Missing`] if the variant needs a vehicle, an MFC curve or a grade that is not given;
-    /// [`CaseError::TooShort`].
+    /// Prepares a trajectory for a variant. `tau_p_upper` is the upper bound of the perception delay \[s\] (0.8 in Table 3). Fails if the variant
+    /// needs a vehicle, an MFC curve or a grade that is not given, or the data are too short.
     pub fn new(
         trajectory: &Trajectory,
         variant: Variant,
@@ -166,9 +157,6 @@ impl Case {
     }
 
     /// The same with the upper bound of the delay of an extension \[s\] besides; `None`: the extension's own.
-    ///
-    /// # Errors
-    /// Those of [`Case::new`]; [`CaseError::DelayBound`].
     pub fn within(
         trajectory: &Trajectory,
         variant: Variant,
@@ -207,17 +195,11 @@ impl Case {
 
     /// The same case with another upper bound of the delay of an extension \[s\] than the extension's own, as
     /// [`crate::calibrate::SearchSpace::extension_delay_upper`] has it.
-    ///
-    /// # Errors
-    /// [`CaseError::DelayBound`], [`CaseError::TooShort`].
     pub fn with_extension_delay(self, extension_delay_upper: Option<f64>) -> Result<Case, CaseError> {
         Case { extension_delay_upper, ..self }.for_variant(self.variant)
     }
 
     /// The same case with this time at the start \[s\] in which the car is the measured one.
-    ///
-    /// # Errors
-    /// [`CaseError::TooShort`].
     pub fn with_history(self, history_s: Option<f64>) -> Result<Case, CaseError> {
         let Some(seconds) = history_s else { return Ok(self) };
         // As in `first_sample`.
@@ -226,9 +208,6 @@ impl Case {
     }
 
     /// The same case for another variant; the measured signals are shared, not copied.
-    ///
-    /// # Errors
-    /// As [`Case::new`].
     pub fn for_variant(&self, variant: Variant) -> Result<Case, CaseError> {
         let missing =
             |what, remedy| CaseError::Missing { label: self.label.to_string(), variant: variant.name(), what, remedy };
@@ -265,7 +244,6 @@ impl Case {
     }
 
     /// Its share in the score of several cases, from the first sample that any candidate is scored on.
-    #[must_use]
     pub fn share(&self, gof: &GoodnessOfFit) -> Share {
         let floored = self.convention.denominators == Denominators::Floored;
         let of = |signal: &[f64], floored| Measured::of(&signal[self.earliest.min(signal.len())..], floored);
@@ -275,7 +253,6 @@ impl Case {
 
     /// Perception delay of a candidate \[s\]: τ_p and that of an extension. NaN counts as 0, and a run marks such a
     /// candidate; so does a negative one, which [`Case::check`] refuses.
-    #[must_use]
     pub fn delay(&self, parameters: &Parameters) -> f64 {
         let part = |has: bool, value: f64| if has && value.is_finite() { value.max(0.0) } else { 0.0 };
         let extension = self.variant.extensions.delay().map_or(0.0, |symbol| part(true, parameters.get(symbol)));
@@ -283,7 +260,6 @@ impl Case {
     }
 
     /// The longest perception delay that is remembered \[s\].
-    #[must_use]
     pub fn longest_delay(&self) -> f64 {
         let base = if self.variant.delay { self.tau_p_upper } else { 0.0 };
         let bounds =
@@ -293,7 +269,6 @@ impl Case {
     }
 
     /// Source of the perception delay, for messages: `tau_p`, the parameter of an extension, or both.
-    #[must_use]
     pub fn delay_name(&self) -> String {
         let base = self.variant.delay.then_some(Symbol::tau_p);
         let names: Vec<&str> = base.into_iter().chain(self.variant.extensions.delay()).map(Symbol::name).collect();
@@ -301,7 +276,6 @@ impl Case {
     }
 
     /// A perception delay \[s\] in samples.
-    #[must_use]
     pub fn delay_steps(&self, delay: f64) -> f64 {
         match (self.variant.perceives_late(), self.convention.delay) {
             (false, _) => 0.0,
@@ -311,7 +285,6 @@ impl Case {
     }
 
     /// The first simulated and scored sample of a candidate with this perception delay \[s\].
-    #[must_use]
     pub fn first_sample(&self, delay: f64) -> usize {
         let whole = match self.convention.delay {
             Delay::Floor => self.delay_steps(delay),
@@ -322,7 +295,6 @@ impl Case {
     }
 
     /// Bounds of a parameter for this vehicle and convention: Table 3; `None` for road loads without a vehicle.
-    #[must_use]
     pub fn bounds(symbol: Symbol, vehicle: Option<&Vehicle>, convention: Convention) -> Option<[f64; 2]> {
         // 3.6 and 12.96 = 3.6²: km/h per m/s.
         let in_si = |[lower, upper]: [f64; 2], factor: f64| match convention.road_load {

@@ -117,7 +117,6 @@ pub struct Pace {
 
 /// A case that these evaluators cannot use.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum CourseError {
     #[error(
         "the {what} table has nodes only {closest} apart, which needs {cells} equal cells, expected at most \
@@ -134,9 +133,6 @@ pub enum CourseError {
 
 impl Course {
     /// Lays a case out.
-    ///
-    /// # Errors
-    /// [`CourseError::Table`].
     pub fn new(case: &Case) -> Result<Course, CourseError> {
         let count = case.s.len();
         let needs_grade = case.variant.needs_grade();
@@ -183,35 +179,27 @@ impl Course {
     }
 
     /// Number of samples.
-    #[must_use]
     pub fn samples(&self) -> usize {
         self.s.len()
     }
 
-    /// Sums of the measured spacing, speed and acceleration that the measures need, scored from sample `first` on.
-    ///
-    /// # Panics
-    /// If `first` is above `ring`.
-    #[must_use]
+    /// Sums of the measured spacing, speed and acceleration that the measures need, scored from sample `first` on. Panics if `first` is above `ring`.
     pub fn measured(&self, first: usize) -> &[Measured; 3] {
         &self.measured[first]
     }
 
     /// Number of samples at which a run may begin: 0 and those after it.
-    #[must_use]
     pub fn firsts(&self) -> usize {
         self.measured.len()
     }
 
     /// Formula of a goodness of fit from the sums, for a run scored from sample `first` on.
-    #[must_use]
     pub fn norm(&self, gof: &GoodnessOfFit, first: usize) -> Norm {
         gof.norm(self.measured(first))
     }
 
     /// `dx_l` in f32 with error diffusion: the sum of the rounded displacements follows the f64 position to half the last bit of one
     /// displacement.
-    #[must_use]
     pub fn dx_l_f32(&self) -> Vec<f32> {
         let mut behind = 0.0;
         let diffuse = |dx: &f64| {
@@ -228,9 +216,6 @@ const CLOCK_STEPS: f64 = 4_194_304.0;
 
 impl Case {
     /// Checks that single precision resolves the time, if the variant reads it.
-    ///
-    /// # Errors
-    /// [`CourseError::Clock`].
     pub fn check_clock(&self) -> Result<(), CourseError> {
         let is_event = |symbol: &Symbol| symbol.is_time() && !symbol.is_length_of_time();
         if !self.variant.extensions.read("t") && !self.variant.parameters().iter().any(is_event) {
@@ -246,7 +231,6 @@ impl Case {
     }
 
     /// The start of a candidate, and the samples that it perceives. A delay that is NaN counts as 0; a run marks such a candidate.
-    #[must_use]
     pub fn pace(&self, parameters: &Parameters) -> Pace {
         let delay = self.delay(parameters);
         let (delay_steps, first) = (self.delay_steps(delay), self.first_sample(delay));

@@ -1,35 +1,17 @@
 //! An evaluator that another one replaces when it fails, without losing the generation under way.
 
-use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Population, Score, Timings};
+use super::splitting::OwnJobs;
+use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Score, Timings};
 
 /// Makes the second evaluator once the first has failed, and may report why.
 pub type Replace = Box<dyn FnMut(&EvaluateError, Vec<Case>) -> Result<Box<dyn Evaluator>, EvaluateError> + Send>;
-
-/// Jobs that have been submitted and not yet collected.
-#[derive(Default)]
-struct Pending {
-    jobs: Vec<(usize, Population)>,
-}
-
-impl Pending {
-    fn keep(&mut self, jobs: &[Job<'_>]) {
-        self.jobs.resize_with(jobs.len(), || (0, Population::new(&[])));
-        for (kept, job) in self.jobs.iter_mut().zip(jobs) {
-            kept.0 = job.case;
-            kept.1.clone_from(job.population);
-        }
-    }
-
-    fn jobs(&self) -> Vec<Job<'_>> {
-        self.jobs.iter().map(|(case, population)| Job { case: *case, population }).collect()
-    }
-}
 
 /// A first evaluator, and its replacement after a failure.
 pub struct Fallback {
     current: Box<dyn Evaluator>,
     replace: Option<Replace>,
-    pending: [Pending; 2],
+    /// Jobs that have been submitted and not yet collected.
+    pending: [OwnJobs; 2],
     /// The sets that have been submitted and not collected.
     under_way: [bool; 2],
     /// Time that the failed evaluator spent besides computing.
@@ -38,7 +20,6 @@ pub struct Fallback {
 
 impl Fallback {
     /// Starts with `first`; if it fails, `replace` makes the second one.
-    #[must_use]
     pub fn new(first: Box<dyn Evaluator>, replace: Replace) -> Fallback {
         let (pending, under_way, spent) = (Default::default(), [false; 2], Timings::default());
         Fallback { current: first, replace: Some(replace), pending, under_way, spent }
@@ -57,7 +38,7 @@ impl Fallback {
         self.current = second;
         for set in [BufferSet::A, BufferSet::B] {
             if self.under_way[set as usize] {
-                self.current.submit(set, &self.pending[set as usize].jobs())?;
+                self.current.submit(set, &self.pending[set as usize].borrowed())?;
             }
         }
         Ok(())

@@ -34,15 +34,11 @@ pub struct Population {
 
 impl Population {
     /// An empty population of candidates with these parameters.
-    #[must_use]
     pub fn new(symbols: &[Symbol]) -> Population {
         Population { symbols: symbols.to_vec(), values: Vec::new() }
     }
 
-    /// Adds a candidate.
-    ///
-    /// # Panics
-    /// If the number of values differs from that of the symbols.
+    /// Adds a candidate. Panics if the number of values differs from that of the symbols.
     pub fn push(&mut self, candidate: &[f64]) {
         assert_eq!(candidate.len(), self.symbols.len(), "one value per symbol");
         self.values.extend_from_slice(candidate);
@@ -54,25 +50,21 @@ impl Population {
     }
 
     /// Number of candidates.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.values.len().checked_div(self.symbols.len()).unwrap_or(0)
     }
 
     /// True without candidates.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.values.is_empty()
     }
 
     /// The symbols, one per value of a candidate.
-    #[must_use]
     pub fn symbols(&self) -> &[Symbol] {
         &self.symbols
     }
 
     /// The values of a candidate, one per symbol.
-    #[must_use]
     pub fn values(&self, candidate: usize) -> &[f64] {
         let width = self.symbols.len();
         &self.values[candidate * width..(candidate + 1) * width]
@@ -91,7 +83,6 @@ impl Population {
     }
 
     /// The named parameters of a candidate.
-    #[must_use]
     pub fn parameters(&self, candidate: usize) -> Parameters {
         let width = self.symbols.len();
         let mut parameters = Parameters::NONE;
@@ -103,7 +94,6 @@ impl Population {
 }
 
 /// The cases of a joint score.
-#[must_use]
 pub fn shares(cases: &[Case], gof: &GoodnessOfFit) -> Vec<Share> {
     cases.iter().map(|case| case.share(gof)).collect()
 }
@@ -167,7 +157,6 @@ pub enum Score {
 
 impl Score {
     /// The score of a candidate from its outcomes, one per case; see [`Score::joint`].
-    #[must_use]
     pub fn of(outcomes: impl IntoIterator<Item = (Outcome, Share)>, gof: &GoodnessOfFit, rule: BoundRule) -> Score {
         Score::joint(outcomes.into_iter().map(|(outcome, share)| (outcome.score(gof, rule), share)))
     }
@@ -176,7 +165,6 @@ impl Score {
     ///
     /// A run that ended early outranks a touched bound. Its step includes those of earlier cases, so that of two failed candidates the one
     /// that came further is better.
-    #[must_use]
     pub fn joint(scores: impl IntoIterator<Item = (Score, Share)>) -> Score {
         let (mut passed, mut rejected, mut all) = (0, false, Together::default());
         for (score, share) in scores {
@@ -194,7 +182,6 @@ impl Score {
 /// A case in the score of several.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Share {
-    /// Its samples.
     pub samples: usize,
     /// Weight of its squared value if drives are pooled; `None` if their values are averaged.
     pub weight: Option<f64>,
@@ -217,14 +204,12 @@ impl Together {
     }
 
     /// The mean, or the root of the weighted mean of squares.
-    #[must_use]
     pub fn value(&self) -> f64 {
         let mean = self.sum / self.weights;
         if self.pooled { mean.sqrt() } else { mean }
     }
 
     /// The sum of the weights.
-    #[must_use]
     pub fn weights(&self) -> f64 {
         self.weights
     }
@@ -232,7 +217,6 @@ impl Together {
 
 impl Outcome {
     /// The score on this one case.
-    #[must_use]
     pub fn score(&self, gof: &GoodnessOfFit, rule: BoundRule) -> Score {
         match &self.result {
             Err(failure) => Score::Failed(*failure),
@@ -242,7 +226,6 @@ impl Outcome {
     }
 
     /// True if it touched an acceleration bound and the convention rejects such candidates.
-    #[must_use]
     pub fn is_rejected(&self, rule: BoundRule) -> bool {
         rule == BoundRule::Reject && self.n_cut_acc + self.n_cut_dec > 0
     }
@@ -250,7 +233,6 @@ impl Outcome {
 
 /// An evaluation that failed as a whole (a candidate that fails is a [`Score`]).
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum EvaluateError {
     #[error("expected room for {candidates} scores, found {scores}")]
     Room { candidates: usize, scores: usize },
@@ -323,7 +305,6 @@ pub struct Job<'a> {
 
 impl Job<'_> {
     /// Candidates in several jobs.
-    #[must_use]
     pub fn candidates(jobs: &[Job]) -> usize {
         jobs.iter().map(|job| job.population.len()).sum()
     }
@@ -410,30 +391,18 @@ pub trait Evaluator: Send {
     fn overlaps(&self) -> bool {
         false
     }
-    /// Starts simulating jobs; [`Evaluator::collect`] waits for them.
-    ///
-    /// # Errors
-    /// When the evaluator cannot run.
+    /// Starts simulating jobs; [`Evaluator::collect`] waits for them. Fails when the evaluator cannot run.
     fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError>;
-    /// One score per candidate of the jobs last submitted with this set, in order. Does not allocate after the first call
-    /// with a given number of candidates.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Room`] unless there is one score per candidate; others if the evaluator cannot run.
+    /// One score per candidate of the jobs last submitted with this set, in order. Does not allocate after the first call with a given number of
+    /// candidates. Fails unless there is one score per candidate.
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError>;
-    /// Results of the candidates, in the order of the jobs.
-    ///
-    /// # Errors
-    /// When the evaluator cannot run.
+    /// Results of the candidates, in the order of the jobs. Fails when the evaluator cannot run.
     fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError>;
 
     fn variant(&self) -> &Variant {
         &self.cases()[0].variant
     }
     /// One score per candidate, in order, over all cases; failed if one case failed.
-    ///
-    /// # Errors
-    /// As [`Evaluator::collect`].
     fn evaluate(&mut self, population: &Population, scores: &mut [Score]) -> Result<(), EvaluateError> {
         let candidates = population.len();
         if scores.len() != candidates {

@@ -35,7 +35,6 @@ pub struct Windows {
 
 impl Windows {
     /// True if the run is kept on the measurement.
-    #[must_use]
     pub fn holds(&self, t: usize) -> bool {
         t < self.from || (t - self.from) % (self.run_up + self.free) < self.run_up
     }
@@ -80,7 +79,6 @@ pub struct Slopes {
 impl Slopes {
     /// The derivatives of the score of several drives, each with its share, in `n` coordinates, from those of each drive in the coordinates
     /// that are moved.
-    #[must_use]
     pub fn together(drives: &[&Slopes], shares: &[Share], moved: &[usize], n: usize) -> Slopes {
         let mut all = Together::default();
         drives.iter().zip(shares).for_each(|(slopes, share)| all.add(slopes.cost, *share));
@@ -158,7 +156,6 @@ impl Residuals {
     pub const STRIDE: usize = 8;
 
     /// Residuals of whole runs, one by one; all have the length of the longest.
-    #[must_use]
     pub fn new(runs: &[Vec<[f64; 2]>]) -> Residuals {
         let (lanes, samples) =
             (runs.len().max(1).next_multiple_of(Self::STRIDE), runs.iter().map(Vec::len).max().unwrap_or(0));

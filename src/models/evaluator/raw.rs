@@ -38,7 +38,6 @@ pub struct Raw {
 
 impl Raw {
     /// Why the run ended early; `None` for a complete run.
-    #[must_use]
     pub fn failure(&self) -> Option<Failure> {
         if self.status == 0 {
             return None;
@@ -61,7 +60,6 @@ impl Raw {
     }
 
     /// The outcome; the measures are finished in f64.
-    #[must_use]
     pub fn outcome(&self, case: &Case, course: &Course, parameters: &Parameters) -> Outcome {
         let pace = case.pace(parameters);
         let measured = course.measured(pace.first);

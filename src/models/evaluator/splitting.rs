@@ -13,17 +13,35 @@ pub struct Splitting {
 /// Work on a piece of the jobs that begins with this candidate.
 type Each<'a> = dyn FnMut(&mut dyn Evaluator, &[Job<'_>], usize) -> Result<(), EvaluateError> + 'a;
 
+/// Jobs with populations of their own.
+#[derive(Default)]
+pub(super) struct OwnJobs(Vec<(usize, Population)>);
+
+impl OwnJobs {
+    /// Copies jobs into the memory of those before.
+    pub(super) fn keep(&mut self, jobs: &[Job<'_>]) {
+        self.0.resize_with(jobs.len(), || (0, Population::new(&[])));
+        for (kept, job) in self.0.iter_mut().zip(jobs) {
+            kept.0 = job.case;
+            kept.1.clone_from(job.population);
+        }
+    }
+
+    pub(super) fn borrowed(&self) -> Vec<Job<'_>> {
+        self.0.iter().map(|(case, population)| Job { case: *case, population }).collect()
+    }
+}
+
 /// Jobs submitted with a buffer set.
 #[derive(Default)]
 struct Set {
-    jobs: Vec<(usize, Population)>,
+    jobs: OwnJobs,
     /// True if the evaluator has all of it; false if it gets it in pieces.
     under_way: bool,
 }
 
 impl Splitting {
     /// Gives `inner` everything at once until its memory is too small.
-    #[must_use]
     pub fn new(inner: Box<dyn Evaluator>) -> Splitting {
         Splitting { inner, most: usize::MAX, sets: Default::default() }
     }
@@ -43,8 +61,7 @@ impl Splitting {
         let mut from = 0;
         while from < candidates {
             let count = self.most.min(candidates - from);
-            let owned = piece(jobs, from, count);
-            match each(self.inner.as_mut(), &borrowed(&owned), from) {
+            match each(self.inner.as_mut(), &piece(jobs, from, count).borrowed(), from) {
                 Ok(()) => from += count,
                 Err(error) => self.halve(count, error)?,
             }
@@ -53,12 +70,8 @@ impl Splitting {
     }
 }
 
-fn borrowed(jobs: &[(usize, Population)]) -> Vec<Job<'_>> {
-    jobs.iter().map(|(case, population)| Job { case: *case, population }).collect()
-}
-
 /// Some candidates of the jobs, numbered across the jobs from `from` on.
-fn piece(jobs: &[Job<'_>], from: usize, count: usize) -> Vec<(usize, Population)> {
+fn piece(jobs: &[Job<'_>], from: usize, count: usize) -> OwnJobs {
     let (mut begin, mut found) = (0, Vec::new());
     for job in jobs {
         let of = |at: usize| at.clamp(begin, begin + job.population.len()) - begin;
@@ -69,7 +82,7 @@ fn piece(jobs: &[Job<'_>], from: usize, count: usize) -> Vec<(usize, Population)
         }
         begin += job.population.len();
     }
-    found
+    OwnJobs(found)
 }
 
 impl Evaluator for Splitting {
@@ -81,11 +94,7 @@ impl Evaluator for Splitting {
 
     fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
         let kept = &mut self.sets[set as usize];
-        kept.jobs.resize_with(jobs.len(), || (0, Population::new(&[])));
-        for (kept, job) in kept.jobs.iter_mut().zip(jobs) {
-            kept.0 = job.case;
-            kept.1.clone_from(job.population);
-        }
+        kept.jobs.keep(jobs);
         let candidates = Job::candidates(jobs);
         kept.under_way = candidates <= self.most;
         if kept.under_way
@@ -105,12 +114,12 @@ impl Evaluator for Splitting {
             }
         }
         let jobs = std::mem::take(&mut self.sets[set as usize].jobs);
-        let candidates = Job::candidates(&borrowed(&jobs));
+        let candidates = Job::candidates(&jobs.borrowed());
         if scores.len() != candidates {
             self.sets[set as usize].jobs = jobs;
             return Err(EvaluateError::Room { candidates, scores: scores.len() });
         }
-        self.in_pieces(&borrowed(&jobs), &mut |inner, piece, from| {
+        self.in_pieces(&jobs.borrowed(), &mut |inner, piece, from| {
             inner.submit(set, piece)?;
             inner.collect(set, &mut scores[from..from + Job::candidates(piece)])
         })

@@ -56,10 +56,7 @@ struct Curve<'a> {
 }
 
 impl Table {
-    /// Sine of the grade over the position, after taking it modulo a closed track.
-    ///
-    /// # Errors
-    /// [`CourseError::Table`] if nodes lie so close together that the table would not fit.
+    /// Sine of the grade over the position, after taking it modulo a closed track. Fails if nodes lie so close together that the table would not fit.
     pub fn grade(grade: &Grade, rule: GradeLookup) -> Result<Table, CourseError> {
         let (x, y) = thinned(&grade.x, &grade.sin);
         let last = x.len() - 1;
@@ -78,9 +75,6 @@ impl Table {
     }
 
     /// (a_dp, a_ap) over the speed.
-    ///
-    /// # Errors
-    /// As [`Table::grade`].
     pub fn mfc(mfc: &Mfc, rule: MfcLookup) -> Result<Table, CourseError> {
         let (v, last) = (&mfc.v, mfc.v.len() - 1);
         // The segment whose line is read in interval k.
@@ -146,7 +140,6 @@ impl Table {
     }
 
     /// The cell that `x` belongs to.
-    #[must_use]
     pub fn cell_of(&self, x: f64) -> usize {
         (self.place_of(x) as usize).min(self.node.len() - 1)
     }

@@ -35,7 +35,6 @@ fn small_address_space() -> Option<u64> {
 
 impl Adapter {
     /// All adapters, in the order of the drivers; none if no driver can be loaded.
-    #[must_use]
     pub fn all() -> Vec<Adapter> {
         if small_address_space().is_some() {
             return Vec::new();
@@ -54,10 +53,7 @@ impl Adapter {
         found.into_iter().enumerate().map(adapter).collect()
     }
 
-    /// The requested one.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Adapter`] with the adapters present; [`EvaluateError::AddressSpace`] if no driver can be loaded.
+    /// The requested one. The error names the adapters present; it is [`EvaluateError::AddressSpace`] if no driver can be loaded.
     pub fn choose(choice: &AdapterChoice) -> Result<Adapter, EvaluateError> {
         if let Some(limit) = small_address_space() {
             return Err(EvaluateError::AddressSpace { limit, needed: needed_address_space() });
@@ -100,31 +96,26 @@ impl Adapter {
     }
 
     /// PCI address such as `0000:01:00.0`; empty if the driver gives none.
-    #[must_use]
     pub fn pci(&self) -> &str {
         &self.info.device_pci_bus_id
     }
 
     /// False for one that runs on the CPU.
-    #[must_use]
     pub fn is_hardware(&self) -> bool {
         self.info.device_type != wgpu::DeviceType::Cpu
     }
 
     /// True for one with separate memory.
-    #[must_use]
     pub fn is_discrete(&self) -> bool {
         self.info.device_type == wgpu::DeviceType::DiscreteGpu
     }
 
     /// Name and version of the driver.
-    #[must_use]
     pub fn driver(&self) -> String {
         format!("{} {}", self.info.driver, self.info.driver_info).trim().to_owned()
     }
 
     /// `discrete`, `integrated`, `virtual`, `other`, or `software`, which runs on the CPU.
-    #[must_use]
     pub fn kind(&self) -> &'static str {
         match self.info.device_type {
             wgpu::DeviceType::DiscreteGpu => "discrete",
@@ -136,7 +127,6 @@ impl Adapter {
     }
 
     /// The optional features that may matter here, by wgpu's names.
-    #[must_use]
     pub fn features(&self) -> Vec<&'static str> {
         let all = self.inner.features();
         let known = [
@@ -151,7 +141,6 @@ impl Adapter {
     }
 
     /// The limits that may matter here, by wgpu's names.
-    #[must_use]
     pub fn limits(&self) -> [(&'static str, u64); 5] {
         let all = self.inner.limits();
         [
@@ -164,7 +153,6 @@ impl Adapter {
     }
 
     /// Name, backend and driver, as results record it.
-    #[must_use]
     pub fn name(&self) -> String {
         format!("{} ({}, {})", self.info.name, self.info.backend, self.driver())
     }

@@ -288,9 +288,6 @@ impl Kernel {
 
 /// The text of a variant's kernel for scores on a GPU, for a ring of 16 samples and NRMSE, with samples in storage and workgroups of
 /// 64, checked.
-///
-/// # Errors
-/// [`ShaderError`] at the first problem.
 pub fn kernel_text(recipe: &Recipe) -> Result<String, ShaderError> {
     let sums = Sums::Score(Accumulation::Squared);
     let (windows, workgroup) = (Windows::Nothing, 64);

@@ -64,14 +64,8 @@ pub struct Gpu {
 }
 
 impl Gpu {
-    /// An evaluator of these cases on the chosen adapter; the score is the mean of `gof` over the cases.
-    ///
-    /// # Errors
-    /// [`EvaluateError::Adapter`] without a fitting adapter; [`EvaluateError::Course`] for a case that cannot be laid
-    /// out; [`EvaluateError::Device`] when the device fails.
-    ///
-    /// # Panics
-    /// Without cases, or if they were prepared for different variants or conventions.
+    /// An evaluator of these cases on the chosen adapter; the score is the mean of `gof` over the cases. Fails without a fitting adapter, for a case
+    /// that cannot be laid out, and when the device fails. Panics without cases, or if they were prepared for different variants or conventions.
     pub fn new(
         cases: Vec<Case>,
         gof: GoodnessOfFit,
@@ -82,12 +76,6 @@ impl Gpu {
     }
 
     /// As [`Gpu::new`], with lower requests to the device.
-    ///
-    /// # Errors
-    /// As [`Gpu::new`].
-    ///
-    /// # Panics
-    /// As [`Gpu::new`].
     pub fn with_limits(
         cases: Vec<Case>,
         gof: GoodnessOfFit,
@@ -121,27 +109,21 @@ impl Gpu {
     }
 
     /// True unless the adapter runs on the CPU.
-    #[must_use]
     pub fn is_hardware(&self) -> bool {
         self.is_hardware
     }
 
     /// Time spent so far on building kernels and on the first, empty dispatch of each, at which drivers compile.
-    #[must_use]
     pub fn warm_up(&self) -> Duration {
         Duration::from_secs_f64(self.timings().first_dispatch_s)
     }
 
     /// Buffers and bind groups made on the device so far. A generation makes none, unless it is the largest yet.
-    #[must_use]
     pub fn allocations(&self) -> u64 {
         self.context.as_ref().map_or(0, |context| context.device.made())
     }
 
-    /// Status, cuts and sums of one candidate after the other, in the order of the jobs.
-    ///
-    /// # Errors
-    /// When the device fails twice.
+    /// Status, cuts and sums of one candidate after the other, in the order of the jobs. Fails when the device fails twice.
     pub fn raw(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Raw>, EvaluateError> {
         self.start(OWN, jobs, Sums::All, None)?;
         let work = self.finish(OWN)?;
@@ -151,13 +133,8 @@ impl Gpu {
         Ok(raw)
     }
 
-    /// Runs that are corrected towards the measurement, one observer per candidate, and their sums over blocks of samples.
-    ///
-    /// # Errors
-    /// When the device fails twice.
-    ///
-    /// # Panics
-    /// Unless there is one observer per candidate, and at least one sample in a block.
+    /// Runs that are corrected towards the measurement, one observer per candidate, and their sums over blocks of samples. Fails when the device
+    /// fails twice. Panics unless there is one observer per candidate, and at least one sample in a block.
     pub fn observed(
         &mut self,
         job: &Job<'_>,
@@ -183,14 +160,12 @@ impl Gpu {
 
     /// True if the device has finished all submitted work; for tests.
     #[doc(hidden)]
-    #[must_use]
     pub fn is_idle(&self) -> bool {
         self.context.as_ref().is_none_or(|context| context.device.is_idle())
     }
 
     /// True if both run on the same device; for tests.
     #[doc(hidden)]
-    #[must_use]
     pub fn shares_device_with(&self, other: &Gpu) -> bool {
         let devices = self.context.as_ref().zip(other.context.as_ref());
         devices.is_some_and(|(own, other)| own.device.raw == other.device.raw)
@@ -205,10 +180,8 @@ impl Gpu {
         }
     }
 
-    /// Replaces the text of one shader file, until the device is lost; for mutation tests.
-    ///
-    /// # Errors
-    /// [`ShaderError`] if the kernels that are then composed are not valid; nothing is replaced.
+    /// Replaces the text of one shader file, until the device is lost; for mutation tests. If the kernels that are then composed are not valid,
+    /// nothing is replaced.
     #[doc(hidden)]
     pub fn replace_shader(&mut self, file: &str, text: &str) -> Result<(), ShaderError> {
         let replaced = [(file.to_owned(), text.to_owned())].into();
@@ -262,6 +235,10 @@ impl Gpu {
         }))
     }
 
+    fn opened(&mut self) -> Result<&mut Context, Fault> {
+        self.context.as_mut().ok_or_else(|| Fault::new("opening the device", "it was lost"))
+    }
+
     fn failed(&self, fault: Fault) -> EvaluateError {
         if fault.is_memory {
             return EvaluateError::Memory { adapter: self.adapter.clone(), message: fault.message };
@@ -312,19 +289,12 @@ impl Gpu {
         let (observers, block) = observed.unwrap_or((&[], 0));
         let samples = jobs.iter().map(|job| self.courses[job.case].samples()).max().unwrap_or(0);
         let blocks = if block > 0 { samples.div_ceil(block) as u32 } else { 0 };
-        self.twice(
-            |gpu| {
-                if gpu.context.is_some() { Ok(()) } else { Err(Fault::new("opening the device", "it was lost")) }
-            },
-        )?;
+        self.twice(|gpu| gpu.opened().map(drop))?;
         let context = self.context.as_ref().expect("opened above");
         let most = most_candidates(&kernel, blocks, &context.device.limits);
         plan.make(jobs, observers, &self.cases, &self.courses, &context.tables, &kernel, most)?;
         let work = Work { kernel, plan, block: block as u32, blocks };
-        self.twice(|gpu| match &mut gpu.context {
-            Some(context) => context.start(set, &work),
-            None => Err(Fault::new("opening the device", "it was lost")),
-        })?;
+        self.twice(|gpu| gpu.opened()?.start(set, &work))?;
         self.work[set] = Some(work);
         Ok(())
     }

@@ -64,21 +64,14 @@ fn own(
             worst = worst.max(if gpu.is_finite() { ((gpu - cpu) / cpu).abs() } else { f32::INFINITY });
         }
     }
-    Ok(if different == 0 {
-        (ProbeStatus::Ok, format!("our {name} function gives the same bits as on the CPU at {POINTS} points"))
-    } else if worst < 1e-5 {
-        (
-            ProbeStatus::Trap,
-            format!(
-                "{different} of {POINTS} values of our {name} function differ from the CPU's, by at most {worst:.1e} relative to their size"
-            ),
-        )
-    } else {
-        (
-            ProbeStatus::Fail,
-            format!(
-                "{different} of {POINTS} values of our {name} function are wrong, by up to {worst:.1e} relative to their size"
-            ),
-        )
-    })
+    if different == 0 {
+        let detail = format!("our {name} function gives the same bits as on the CPU at {POINTS} points");
+        return Ok((ProbeStatus::Ok, detail));
+    }
+    let (status, judgement) = match worst < 1e-5 {
+        true => (ProbeStatus::Trap, "differ from the CPU's, by at most"),
+        false => (ProbeStatus::Fail, "are wrong, by up to"),
+    };
+    let which = format!("{different} of {POINTS} values of our {name} function");
+    Ok((status, format!("{which} {judgement} {worst:.1e} relative to their size")))
 }

@@ -15,8 +15,6 @@ pub enum ProbeStatus {
     Trap,
     /// Different, and results cannot be trusted.
     Fail,
-    /// Could not be tried.
-    Skipped,
 }
 
 /// One finding.
@@ -42,7 +40,6 @@ pub struct Mode {
 }
 
 /// Modes that are safe on an adapter, by its probes.
-#[must_use]
 pub fn modes(probes: &[Probe]) -> [Mode; 3] {
     let is = |name: &str, wanted: &[ProbeStatus]| {
         probes.iter().any(|probe| probe.name == name && wanted.contains(&probe.status))
@@ -63,12 +60,17 @@ pub fn modes(probes: &[Probe]) -> [Mode; 3] {
     ]
 }
 
-/// A name, a kernel that reads `x` and writes `y`, its inputs, and the meaning of its outputs.
+/// A kernel that reads `x` and writes `y`.
 struct Trap {
     name: &'static str,
     body: &'static str,
     inputs: &'static [f32],
-    judge: fn(&[u32]) -> (ProbeStatus, String),
+    /// Whether the outputs are as in the standard.
+    good: fn(&[u32]) -> bool,
+    /// The status if they are not.
+    otherwise: ProbeStatus,
+    yes: &'static str,
+    no: &'static str,
 }
 
 fn judged(good: bool, otherwise: ProbeStatus, yes: &str, no: &str) -> (ProbeStatus, String) {
@@ -98,123 +100,87 @@ const TRAPS: &[Trap] = &[
                y[3] = no_number(sqrt(x[6])); y[4] = no_number(x[2] * x[4] + x[1]); y[5] = no_number(x[7] * x[8]);
                y[6] = no_number(x[1]); y[7] = no_number(x[1] - x[7]);",
         inputs: &[f32::NAN, 1.0, f32::INFINITY, f32::INFINITY, 0.0, 0.0, -1.0, 1e30, 1e30],
-        judge: |y| {
-            judged(
-                y == [1, 1, 1, 1, 1, 1, 0, 0],
-                ProbeStatus::Fail,
-                "the kernels' test by bits detects NaN",
-                "a result that is not a number (NaN) remains undetected: do not use this driver",
-            )
-        },
+        good: |y| y == [1, 1, 1, 1, 1, 1, 0, 0],
+        otherwise: ProbeStatus::Fail,
+        yes: "the kernels' test by bits detects NaN",
+        no: "a result that is not a number (NaN) remains undetected: do not use this driver",
     },
     Trap {
         name: "nan_unequal",
         body: "y[0] = select(0u, 1u, x[0] != x[0]);",
         inputs: &[f32::NAN],
-        judge: |y| {
-            judged(
-                y == [1],
-                ProbeStatus::Trap,
-                "NaN differs from itself, as it should",
-                "the usual test `x != x` does not find NaN here; the kernels use the bits instead",
-            )
-        },
+        good: |y| y == [1],
+        otherwise: ProbeStatus::Trap,
+        yes: "NaN differs from itself, as it should",
+        no: "the usual test `x != x` does not find NaN here; the kernels use the bits instead",
     },
     Trap {
         name: "nan_not_equal",
         body: "y[0] = select(0u, 1u, !(x[0] == x[0]));",
         inputs: &[f32::NAN],
-        judge: |y| {
-            judged(
-                y == [1],
-                ProbeStatus::Trap,
-                "NaN is not equal to itself, as it should be",
-                "the test `!(x == x)` does not find NaN here; the kernels use the bits instead",
-            )
-        },
+        good: |y| y == [1],
+        otherwise: ProbeStatus::Trap,
+        yes: "NaN is not equal to itself, as it should be",
+        no: "the test `!(x == x)` does not find NaN here; the kernels use the bits instead",
     },
     Trap {
         name: "clamps_keep_nan",
         body: "y[0] = bitcast<u32>(max(x[0], 1.0)); y[1] = bitcast<u32>(min(x[0], 1.0));
                y[2] = bitcast<u32>(clamp(x[0], -1.0, 1.0));",
         inputs: &[f32::NAN],
-        judge: |y| {
-            judged(
-                y.iter().all(|bits| f32::from_bits(*bits).is_nan()),
-                ProbeStatus::Trap,
-                "minimum and maximum pass NaN on",
-                "minimum and maximum turn NaN into an ordinary number; the kernels look for it before they clamp",
-            )
-        },
+        good: |y| y.iter().all(|bits| f32::from_bits(*bits).is_nan()),
+        otherwise: ProbeStatus::Trap,
+        yes: "minimum and maximum pass NaN on",
+        no: "minimum and maximum turn NaN into an ordinary number; the kernels look for it before they clamp",
     },
     Trap {
         name: "unfused_products",
         body: "y[0] = bitcast<u32>(x[0] * x[0] + x[1]);",
         inputs: &[ODD, -(ODD * ODD)],
-        judge: |y| {
-            judged(
-                f32::from_bits(y[0]) == 0.0,
-                ProbeStatus::Trap,
-                "products are rounded before they are added, so that results can equal the CPU's bit for bit",
-                "the driver fuses a product with the sum after it; results are good, but differ from the CPU's in the \
-                 last digits",
-            )
-        },
+        good: |y| f32::from_bits(y[0]) == 0.0,
+        otherwise: ProbeStatus::Trap,
+        yes: "products are rounded before they are added, so that results can equal the CPU's bit for bit",
+        no: "the driver fuses a product with the sum after it; results are good, but differ from the CPU's in the \
+             last digits",
     },
     Trap {
         name: "sums_as_written",
         // 1 + (2^-24 + 2^-24) = 1 + 2^-23, but (1 + 2^-24) + 2^-24 = 1.
         body: "y[0] = bitcast<u32>(x[0] + (x[1] * x[2] + x[3] * x[4]));",
         inputs: &[1.0, TINY, TINY, TINY, TINY],
-        judge: |y| {
-            judged(
-                f32::from_bits(y[0]) > 1.0,
-                ProbeStatus::Trap,
-                "sums are computed in the order in which they are written",
-                "the driver re-orders sums of products; where that matters the kernels are written in its order",
-            )
-        },
+        good: |y| f32::from_bits(y[0]) > 1.0,
+        otherwise: ProbeStatus::Trap,
+        yes: "sums are computed in the order in which they are written",
+        no: "the driver re-orders sums of products; where that matters the kernels are written in its order",
     },
     Trap {
         name: "power_of_zero",
         body: "y[0] = bitcast<u32>(pow(x[0], x[0])); y[1] = bitcast<u32>(pow(x[1], x[2]));",
         inputs: &[0.0, 2.0, 0.5],
-        judge: |y| {
-            judged(
-                f32::from_bits(y[0]) == 1.0,
-                ProbeStatus::Trap,
-                "the driver's own power function has 0^0 = 1",
-                "the driver's own power function has 0^0 other than 1; the kernels have their own",
-            )
-        },
+        good: |y| f32::from_bits(y[0]) == 1.0,
+        otherwise: ProbeStatus::Trap,
+        yes: "the driver's own power function has 0^0 = 1",
+        no: "the driver's own power function has 0^0 other than 1; the kernels have their own",
     },
     Trap {
         name: "plain_error_terms",
         body: "let sum = x[0] + x[1]; let seen = sum - x[0];
                y[0] = bitcast<u32>((x[0] - (sum - seen)) + (x[1] - seen));",
         inputs: &[1000.0, 1e-5],
-        judge: |y| {
-            judged(
-                f32::from_bits(y[0]) == 1e-5,
-                ProbeStatus::Trap,
-                "the error of a sum can be computed as written",
-                "the driver simplifies the error of a sum to 0; the kernels hide such terms from it",
-            )
-        },
+        good: |y| f32::from_bits(y[0]) == 1e-5,
+        otherwise: ProbeStatus::Trap,
+        yes: "the error of a sum can be computed as written",
+        no: "the driver simplifies the error of a sum to 0; the kernels hide such terms from it",
     },
     Trap {
         name: "hidden_error_terms",
         body: "let zero = bitcast<u32>(x[2]); let sum = hide(x[0] + x[1], zero); let seen = hide(sum - x[0], zero);
                y[0] = bitcast<u32>((x[0] - hide(sum - seen, zero)) + (x[1] - seen));",
         inputs: &[1000.0, 1e-5, 0.0],
-        judge: |y| {
-            judged(
-                f32::from_bits(y[0]) == 1e-5,
-                ProbeStatus::Fail,
-                "--precision compensated works: it keeps rounding errors of sums",
-                "--precision compensated is no better than plain on this driver",
-            )
-        },
+        good: |y| f32::from_bits(y[0]) == 1e-5,
+        otherwise: ProbeStatus::Fail,
+        yes: "--precision compensated works: it keeps rounding errors of sums",
+        no: "--precision compensated is no better than plain on this driver",
     },
 ];
 
@@ -222,7 +188,6 @@ const TRAPS: &[Trap] = &[
 const TURNS: u32 = 1 << 20;
 
 /// Runs every probe on an adapter.
-#[must_use]
 pub fn probes(adapter: &Adapter, on_the_cpu: &CpuFunctions) -> Vec<Probe> {
     let failed = |name, fault: Fault| Probe {
         name,
@@ -234,11 +199,11 @@ pub fn probes(adapter: &Adapter, on_the_cpu: &CpuFunctions) -> Vec<Probe> {
         Err(fault) => return vec![failed("device", fault)],
     };
     let mut found: Vec<Probe> = Vec::new();
-    for Trap { name, body, inputs, judge } in TRAPS {
+    for &Trap { name, body, inputs, good, otherwise, yes, no } in TRAPS {
         let text = format!("{COMMON}@compute @workgroup_size(1) fn main() {{ {body} }}");
         found.push(match run(&device, &text, inputs, body.matches("y[").count()) {
             Ok(y) => {
-                let (status, detail) = judge(&y);
+                let (status, detail) = judged(good(&y), otherwise, yes, no);
                 Probe { name, status, detail }
             }
             Err(fault) => failed(name, fault),
@@ -323,9 +288,6 @@ fn loops(device: &Device) -> Finding {
 }
 
 /// Runs `main` of a text in one workgroup, which reads `x` and writes `y`; returns `y`. For tests of single functions.
-///
-/// # Errors
-/// Errors of the device.
 #[doc(hidden)]
 pub fn values(adapter: &Adapter, text: &str, x: &[f32], outputs: usize) -> Result<Vec<u32>, String> {
     let found = Device::alone(adapter).and_then(|device| run(&device, text, x, outputs));

@@ -17,21 +17,15 @@ pub struct Reference {
 }
 
 impl Reference {
-    /// An evaluator of these cases; the score is that of `gof` over all of them.
-    ///
-    /// # Panics
-    /// Without cases, or if they were prepared for different variants.
-    #[must_use]
+    /// An evaluator of these cases; the score is that of `gof` over all of them. Panics without cases, or if they were prepared for different
+    /// variants.
     pub fn new(cases: Vec<Case>, gof: GoodnessOfFit) -> Reference {
         let variant = cases.first().expect("at least one case").variant;
         assert!(cases.iter().all(|c| c.variant == variant), "cases of one variant");
         Reference { cases, gof, scores: [Vec::new(), Vec::new()] }
     }
 
-    /// Simulates one candidate on one case and measures it.
-    ///
-    /// # Panics
-    /// With an extension that has no transcription: see [`super::knows`].
+    /// Simulates one candidate on one case and measures it. Panics with an extension that has no transcription: see [`super::knows`].
     pub fn outcome(case: &Case, parameters: &Parameters, trace: &mut Trace) -> Outcome {
         let run = simulate(case, parameters, trace);
         let result = match run.failure {
@@ -53,10 +47,6 @@ impl Reference {
     }
 
     /// The score of one candidate over all cases.
-    ///
-    /// # Panics
-    /// As [`Reference::outcome`].
-    #[must_use]
     pub fn score(&self, parameters: &Parameters) -> Score {
         let mut trace = Trace::default();
         let outcomes =

@@ -98,10 +98,7 @@ pub struct Extended<'a> {
 }
 
 impl<'a> Extended<'a> {
-    /// At the sample before the first simulated one.
-    ///
-    /// # Panics
-    /// With an extension that has no transcription: see [`knows`].
+    /// At the sample before the first simulated one. Panics with an extension that has no transcription: see [`knows`].
     pub fn new(case: &'a Case, p: &Parameters, sample: usize) -> Extended<'a> {
         assert!(knows(&case.variant), "the reference has no transcription of all of {}", case.variant);
         let one = |extension: &'static Extension| {
@@ -326,10 +323,8 @@ fn own_values(law: &Extension, p: &Parameters) -> Vec<f64> {
     law.own_parameters().map(|symbol| p.get(symbol)).collect()
 }
 
-/// Spacing at which a car at constant speed v \[m/s\] behind another at that speed does not change it \[m\].
-///
-/// # Panics
-/// With a law that has no transcription: see [`knows`].
+/// Spacing at which a car at constant speed v \[m/s\] behind another at that speed does not change it \[m\]. Panics with a law that has no
+/// transcription: see [`knows`].
 fn equilibrium(variant: &Variant, p: &Parameters, v: f64) -> f64 {
     if let Some(extension) = variant.law() {
         let law = law::named(&extension.name).expect("known");

@@ -54,20 +54,17 @@ pub struct Measured {
 
 /// A measured value as a denominator. With `floored` (the authors' treatment of the measured speed) small values are
 /// replaced by [`STANDSTILL`].
-#[must_use]
 pub fn denominator(measured: f64, floored: bool) -> f64 {
     if floored && measured.abs() <= STANDSTILL { STANDSTILL } else { measured }
 }
 
 /// True if the sample has a relative error.
-#[must_use]
 pub fn is_relative(measured: f64, floored: bool) -> bool {
     floored || measured.abs() > STANDSTILL
 }
 
 impl Measured {
     /// Of the scored samples of a measured signal.
-    #[must_use]
     pub fn of(measured: &[f64], floored: bool) -> Measured {
         let mut m = Measured {
             count: measured.len() as f64,
@@ -97,7 +94,6 @@ impl Measured {
     }
 
     /// The measures of a run with these sums.
-    #[must_use]
     pub fn measures(&self, sums: &Sums) -> SignalMeasures {
         SignalMeasures::by(|measure| {
             let (count, sum) = ((measure.count)(self), sums.of(measure.sums));
@@ -121,12 +117,8 @@ impl Sums {
 }
 
 impl SignalMeasures {
-    /// Compares two signals, sample by sample. With `floored` (the authors' treatment of the measured speed) small
-    /// measured values are replaced by [`STANDSTILL`] in every denominator, and in `rmse_n` altogether.
-    ///
-    /// # Panics
-    /// If the lengths differ or are zero.
-    #[must_use]
+    /// Compares two signals, sample by sample. With `floored` (the authors' treatment of the measured speed) small measured values are replaced by
+    /// [`STANDSTILL`] in every denominator, and in `rmse_n` altogether. Panics if the lengths differ or are zero.
     pub fn compare(simulated: &[f64], measured: &[f64], floored: bool) -> SignalMeasures {
         assert!(!measured.is_empty() && simulated.len() == measured.len(), "signals of one length, not empty");
         let mut sums = Sums::default();
@@ -171,7 +163,6 @@ impl Measures {
     ];
 
     /// The values of [`Measures::NAMES`], in that order.
-    #[must_use]
     pub fn values(&self) -> [f64; 17] {
         static TABLE: LazyLock<[GoodnessOfFit; 17]> =
             LazyLock::new(|| Measures::NAMES.map(|name| name.parse().expect("a goodness of fit")));
@@ -179,15 +170,12 @@ impl Measures {
     }
 
     /// The mean of several, as a joint calibration minimises it; `None` without any.
-    #[must_use]
     pub fn mean(several: &[Measures]) -> Option<Measures> {
         let mean = |of: &dyn Fn(&Measures) -> f64| several.iter().map(of).sum::<f64>() / several.len() as f64;
         let signal = |i: usize| SignalMeasures::by(|measure| mean(&|m| (measure.value)(&m.0[i])));
         (!several.is_empty()).then(|| Measures([signal(0), signal(1), signal(2)]))
     }
 
-    /// The measures of one signal.
-    #[must_use]
     pub fn signal(&self, signal: Signal) -> &SignalMeasures {
         &self.0[signal as usize]
     }
@@ -225,7 +213,6 @@ pub enum Accumulation {
 
 impl Accumulation {
     /// What is squared and summed of a sample.
-    #[must_use]
     pub fn term(self, simulated: f64, observed: f64, floored: bool) -> f64 {
         match self {
             Accumulation::Squared | Accumulation::Theil => simulated - observed,
@@ -238,7 +225,6 @@ impl Accumulation {
     }
 
     /// Derivative of [`Accumulation::term`] by the simulated value.
-    #[must_use]
     pub fn slope(self, observed: f64, floored: bool) -> f64 {
         match self {
             Accumulation::Squared | Accumulation::Theil | Accumulation::Floored => 1.0,
@@ -262,13 +248,11 @@ pub struct Norm {
 
 impl GoodnessOfFit {
     /// Terms to sum.
-    #[must_use]
     pub fn accumulation(&self) -> Accumulation {
         self.measure.sums
     }
 
     /// The formula of the value in the sums, given the measured spacing, speed and acceleration.
-    #[must_use]
     pub fn norm(&self, measured: &[Measured; 3]) -> Norm {
         // 1 and not 0 for a signal that is not compared, to avoid a division of 0 by 0.
         let mut norm = Norm { per_count: [0.0; 3], weight: [0.0; 3], rms_measured: [1.0; 3] };
@@ -281,7 +265,6 @@ impl GoodnessOfFit {
     }
 
     /// Whether faults of this kind change its value: noise of the acceleration does only if the acceleration is compared.
-    #[must_use]
     pub fn minds(&self, kind: FindingKind) -> bool {
         kind != FindingKind::Noisy || self.weights[Signal::Acceleration as usize] != 0.0
     }
@@ -291,14 +274,12 @@ impl GoodnessOfFit {
         GoodnessOfFit { measure: measure::NRMSE, weights: [1.0, 1.0, 1.0], pooled: false };
 
     /// True if the sums of several drives are pooled.
-    #[must_use]
     pub fn is_pooled(&self) -> bool {
         self.pooled
     }
 
     /// Weight of the squared value of a drive among the pooled ones, given its measured spacing, speed and acceleration; `None` if the values
     /// are averaged.
-    #[must_use]
     pub fn weight(&self, measured: &[Measured; 3]) -> Option<f64> {
         let k = self.weights.iter().position(|weight| *weight != 0.0).filter(|_| self.pooled)?;
         Some((self.measure.count)(&measured[k]) * (self.measure.magnitude)(&measured[k]).powi(2))
@@ -310,7 +291,6 @@ impl GoodnessOfFit {
     }
 
     /// Its value.
-    #[must_use]
     pub fn of(&self, measures: &Measures) -> f64 {
         let weighted = self.weights.iter().zip(&measures.0).filter(|(w, _)| **w != 0.0);
         weighted.map(|(w, m)| w * (self.measure.value)(m)).sum()

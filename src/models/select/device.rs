@@ -18,10 +18,6 @@ pub struct Device {
     pub is_discrete: bool,
 }
 
-/// The device of a choice.
-///
-/// # Errors
-/// [`EvaluateError::Adapter`] or [`EvaluateError::AddressSpace`] if there is none.
 pub fn find(choice: &AdapterChoice) -> Result<Device, EvaluateError> {
     let adapter = Adapter::choose(choice)?;
     let (is_hardware, is_discrete) = (adapter.is_hardware(), adapter.is_discrete());
@@ -29,9 +25,6 @@ pub fn find(choice: &AdapterChoice) -> Result<Device, EvaluateError> {
 }
 
 /// The evaluator on the device of a choice.
-///
-/// # Errors
-/// As [`Gpu::new`].
 pub fn open(
     cases: Vec<Case>,
     gof: GoodnessOfFit,

@@ -44,7 +44,6 @@ pub struct Selection {
 
 /// A choice that contradicts itself.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum SelectionError {
     #[error("{PRECISION} needs {EVALUATOR} lanes or gpu; the reference computes in f64")]
     Reference,
@@ -75,9 +74,6 @@ const FOR_ANOTHER_GPU: usize = 10_000;
 
 impl Selection {
     /// Checks that evaluator, precision and device fit together.
-    ///
-    /// # Errors
-    /// [`SelectionError`].
     pub fn check(&self) -> Result<(), SelectionError> {
         match self.kind {
             Kind::Reference if self.precision.is_some() => Err(SelectionError::Reference),
@@ -87,11 +83,9 @@ impl Selection {
         }
     }
 
-    /// Makes the evaluator. Under `auto`, `lanes` replaces a device that fails later; `warn` receives the reason at the start or at the
-    /// failure, and also if an adapter that was requested by name is not used.
-    ///
-    /// # Errors
-    /// When the evaluator cannot be made, or there is no adapter of the requested name.
+    /// Makes the evaluator. Under `auto`, `lanes` replaces a device that fails later; `warn` receives the reason at the start or at the failure, and
+    /// also if an adapter that was requested by name is not used. Fails when the evaluator cannot be made, or there is no adapter of the requested
+    /// name.
     pub fn build(
         &self,
         cases: Vec<Case>,

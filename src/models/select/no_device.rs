@@ -18,14 +18,10 @@ pub fn is_switched_off() -> bool {
     false
 }
 
-/// # Errors
-/// Always.
 pub fn find(_: &AdapterChoice) -> Result<Device, EvaluateError> {
     Err(EvaluateError::NoGpuBuilt)
 }
 
-/// # Errors
-/// Always.
 pub fn open(
     _: Vec<Case>,
     _: GoodnessOfFit,

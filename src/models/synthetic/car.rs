@@ -63,7 +63,6 @@ pub struct Gusts {
 /// The acceleration command of a follower, with the paper's symbols, in SI units.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case", tag = "kind")]
-#[allow(missing_docs, reason = "the symbols of the paper, which docs/MODELS.md lists with their units")]
 pub enum Controller {
     /// Intelligent Driver Model, Eqs. 2 and 3.
     Idm { v_0: f64, t_h: f64, d_0: f64, a_max: f64, a_min: f64, delta: f64 },

@@ -45,7 +45,6 @@ pub enum Base {
 }
 
 /// A follower without delay, lag or load whose parameters are drawn from the seed, within a safe range.
-#[must_use]
 pub fn drawn(base: Base, seed: u64, car: usize) -> CarTruth {
     let stream = &mut Stream::new(seed, Purpose::ParametersOfCar(car));
     let mut draw = |low: f64, high: f64| stream.between(low, high);

@@ -4,7 +4,6 @@ use serde::{Deserialize, Serialize};
 use std::collections::BTreeMap;
 use strum::VariantArray;
 
-/// A parameter of an effect.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct EffectParameter {
     /// Its name in files.
@@ -35,13 +34,11 @@ macro_rules! effects {
 
         impl EffectKind {
             /// The effect in words.
-            #[must_use]
             pub fn meaning(self) -> &'static str {
                 match self { $(EffectKind::$ident => $meaning),* }
             }
 
             /// Its parameters; the first is its strength.
-            #[must_use]
             pub fn parameters(self) -> &'static [EffectParameter] {
                 match self { $(EffectKind::$ident => const { &[$(parameter($p, $unit, $bounds, $medium)),*] }),* }
             }
@@ -100,7 +97,6 @@ struct Written {
 
 /// Fault of the description of an effect.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum EffectError {
     #[error("unknown effect {found:?}; expected one of {}", names())]
     Unknown { found: String },
@@ -126,7 +122,6 @@ fn unknown(found: &str) -> EffectError {
 
 impl Effect {
     /// An effect of medium size.
-    #[must_use]
     pub fn medium(kind: EffectKind) -> Effect {
         let mut values = [0.0; 3];
         for (value, parameter) in values.iter_mut().zip(kind.parameters()) {
@@ -136,9 +131,6 @@ impl Effect {
     }
 
     /// With another value of a parameter.
-    ///
-    /// # Errors
-    /// [`EffectError::Parameter`], [`EffectError::Range`].
     pub fn with(mut self, name: &str, value: f64) -> Result<Effect, EffectError> {
         let kind = self.kind;
         let Some(k) = kind.parameters().iter().position(|p| p.name == name) else {
@@ -152,19 +144,16 @@ impl Effect {
         Ok(self)
     }
 
-    #[must_use]
     pub fn kind(&self) -> EffectKind {
         self.kind
     }
 
     /// The values of its parameters, in the order of [`EffectKind::parameters`].
-    #[must_use]
     pub fn values(&self) -> &[f64] {
         &self.values[..self.kind.parameters().len()]
     }
 
     /// The parameter of its start, and the value \[s\]; `None` for a permanent effect.
-    #[must_use]
     pub fn begins(&self) -> Option<(&'static str, f64)> {
         let parameters = self.kind.parameters().iter().zip(&self.values);
         let mut beginnings = parameters.filter(|(parameter, _)| matches!(parameter.name, "t0" | "t1"));

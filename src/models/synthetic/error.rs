@@ -4,7 +4,6 @@ use super::effect::EffectKind;
 
 /// A scenario that cannot be driven.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum SyntheticError {
     #[error("{what}: expected {expected}, found {found}")]
     OutOfRange { what: String, expected: String, found: f64 },

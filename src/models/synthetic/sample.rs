@@ -29,10 +29,7 @@ pub struct Synthetic {
     pub truth: Truth,
 }
 
-/// Drives a scenario. The same scenario gives the same numbers.
-///
-/// # Errors
-/// A quantity out of its range, or a platoon that collides.
+/// Drives a scenario. The same scenario gives the same numbers. Fails for a quantity out of its range, or a platoon that collides.
 pub fn run(scenario: &Scenario) -> Result<Synthetic, SyntheticError> {
     scenario.check()?;
     let seed = scenario.seed;

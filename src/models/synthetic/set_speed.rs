@@ -15,7 +15,6 @@ pub enum Profile {
     StopAndGo,
     /// A new set speed every few seconds, from slow to fast.
     Restless,
-    /// A recorded speed.
     Recorded {
         /// Time step of the record \[s\].
         #[serde(rename = "dt_s")]

@@ -7,9 +7,6 @@ use std::io::{self, Write};
 use super::sample::Synthetic;
 
 /// Writes all cars in the OpenACC layout: five metadata lines, then `Time,Speed1..,IVS1..`.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write_openacc(drive: &Synthetic, mut to: impl Write) -> io::Result<()> {
     let scenario = &drive.truth.scenario;
     let names: Vec<&str> = std::iter::once(scenario.lead.name.as_str())
@@ -44,10 +41,7 @@ pub fn write_openacc(drive: &Synthetic, mut to: impl Write) -> io::Result<()> {
 
 /// Writes one follower in the pair layout; follower 1 is the car right behind the platoon leader.
 ///
-/// The columns `lead2_*` exist from follower 2 on.
-///
-/// # Errors
-/// Those of the writer; `InvalidInput` if the platoon has no such follower.
+/// The columns `lead2_*` exist from follower 2 on. `InvalidInput` if the platoon has no such follower.
 pub fn write_pair(drive: &Synthetic, follower: usize, mut to: impl Write) -> io::Result<()> {
     if follower == 0 || follower > drive.gap.len() {
         return Err(io::Error::new(
@@ -80,9 +74,6 @@ pub fn write_pair(drive: &Synthetic, follower: usize, mut to: impl Write) -> io:
 }
 
 /// Writes the road grade over one lap in the layout of `Slope.csv`: position `X` \[m\], sine of the grade `Y`.
-///
-/// # Errors
-/// Those of the writer.
 pub fn write_slope(drive: &Synthetic, mut to: impl Write) -> io::Result<()> {
     writeln!(to, "X,Y")?;
     for (x, sin) in drive.grade.x.iter().zip(&drive.grade.sin) {

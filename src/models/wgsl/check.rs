@@ -31,9 +31,6 @@ pub struct ShaderError {
 }
 
 /// Parses and validates.
-///
-/// # Errors
-/// [`ShaderError`] at the first problem, in its file.
 pub fn check(source: &Source) -> Result<Checked, ShaderError> {
     let text = source.text();
     let mut options = naga::front::wgsl::Options::new();

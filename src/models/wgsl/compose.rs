@@ -3,7 +3,7 @@
 use super::limits::tokens;
 use super::own_names::{Prefixed, member};
 use super::stages;
-use crate::catalog::{Constraint, Controller, Dynamics, Spacing, Variant};
+use crate::catalog::{Controller, Variant};
 use crate::convention::Radicand;
 use crate::symbols::Symbol;
 use std::fmt::Write;
@@ -11,26 +11,12 @@ use std::fmt::Write;
 /// Member of `Params` that a model with an observer has in addition to its parameters.
 pub const DECAY: &str = "observer_decay";
 
-macro_rules! texts {
-    ($folder:ident, $path:literal) => {
-        impl $folder {
-            /// Path and text of the part.
-            fn shader(self) -> (&'static str, &'static str) {
-                shader(&format!("shaders/{}/{}.wgsl", $path, self.name()))
-            }
-        }
-    };
+/// Path and text of a part.
+fn part(folder: &str, name: &str) -> (&'static str, &'static str) {
+    shader(&format!("shaders/{folder}/{name}.wgsl"))
 }
 
-texts!(Controller, "controller");
-texts!(Spacing, "spacing");
-texts!(Dynamics, "dynamics");
-texts!(Constraint, "constraint");
-
-/// Path and text of a built-in file.
-///
-/// # Panics
-/// For a missing file.
+/// Path and text of a built-in file. Panics for a missing file.
 pub(crate) fn shader(path: &str) -> (&'static str, &'static str) {
     leadlag_shaders::file(path).unwrap_or_else(|| panic!("no file {path}"))
 }
@@ -61,7 +47,6 @@ pub struct Recipe {
 
 impl Recipe {
     /// True if a step has a memory: that of extensions or of an observer.
-    #[must_use]
     pub fn is_extended(&self) -> bool {
         self.observed || !self.variant.extensions.is_empty()
     }
@@ -86,13 +71,11 @@ struct Chunk {
 
 impl Source {
     /// The model of a variant: everything up to and including `step`, without a time loop.
-    #[must_use]
     pub fn model(recipe: &Recipe) -> Source {
         Source::model_with(recipe, &|_, _| None)
     }
 
     /// As [`Source::model`], but `replace` may replace the text of a file, given its path and its text.
-    #[must_use]
     pub fn model_with(recipe: &Recipe, replace: &dyn Fn(&str, &str) -> Option<String>) -> Source {
         let Recipe { variant, precision, radicand, observed } = recipe;
         let mut source = Source { text: String::new(), chunks: Vec::new() };
@@ -105,32 +88,31 @@ impl Source {
             (Controller::Gipps, Radicand::Shifted) => shader("shaders/start/shifted.wgsl"),
             _ => shader("shaders/start/measured.wgsl"),
         };
-        for (file, text) in [
+        let add = |source: &mut Source, (file, text): (&str, &str)| {
+            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        };
+        for file in [
             shader("shaders/types.wgsl"),
             shader("shaders/power.wgsl"),
             shader("shaders/opaque.wgsl"),
-            variant.base.spacing.shader(),
-            variant.base.controller.shader(),
-            variant.dynamics.shader(),
-            variant.constraint.shader(),
+            part("spacing", variant.base.spacing.name()),
+            part("controller", variant.base.controller.name()),
+            part("dynamics", variant.dynamics.name()),
+            part("constraint", variant.constraint.name()),
             start,
             motion,
         ] {
-            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+            add(&mut source, file);
         }
         if !recipe.is_extended() {
-            let (file, text) = shader("shaders/step.wgsl");
-            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+            add(&mut source, shader("shaders/step.wgsl"));
             return source;
         }
-        for (file, text) in
-            [shader("shaders/exponential.wgsl"), shader("shaders/between.wgsl"), shader("shaders/world.wgsl")]
-        {
-            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        for path in ["shaders/exponential.wgsl", "shaders/between.wgsl", "shaders/world.wgsl"] {
+            add(&mut source, shader(path));
         }
         if variant.law().is_none() {
-            let (file, text) = equilibrium(variant);
-            source.push(file, replace(file, text).as_deref().unwrap_or(text));
+            add(&mut source, equilibrium(variant));
         }
         for extension in variant.extensions.list() {
             let text = replace(&extension.file, &extension.text);
@@ -140,8 +122,7 @@ impl Source {
         if let Some(law) = variant.law() {
             source.push("generated: equilibrium", &stages::equilibrium(law));
         }
-        let (file, text) = shader("shaders/step_extended.wgsl");
-        source.push(file, replace(file, text).as_deref().unwrap_or(text));
+        add(&mut source, shader("shaders/step_extended.wgsl"));
         source
     }
 
@@ -149,22 +130,14 @@ impl Source {
     pub(super) fn around_an_extension() -> Source {
         let mut source = Source { text: String::new(), chunks: Vec::new() };
         source.push("generated: Params", &params(Symbol::ALL, false));
-        for (file, text) in [
-            shader("shaders/types.wgsl"),
-            shader("shaders/power.wgsl"),
-            shader("shaders/exponential.wgsl"),
-            shader("shaders/opaque.wgsl"),
-            shader("shaders/spacing/cth.wgsl"),
-            shader("shaders/world.wgsl"),
-            shader("shaders/equilibrium/policy.wgsl"),
-        ] {
+        for name in ["types", "power", "exponential", "opaque", "spacing/cth", "world", "equilibrium/policy"] {
+            let (file, text) = shader(&format!("shaders/{name}.wgsl"));
             source.push(file, text);
         }
         source
     }
 
     /// A user's text, in one chunk.
-    #[must_use]
     pub fn single(name: &str, text: &str) -> Source {
         let mut source = Source { text: String::new(), chunks: Vec::new() };
         source.push(name, text);
@@ -235,7 +208,6 @@ impl Source {
     }
 
     /// The whole text.
-    #[must_use]
     pub fn text(&self) -> &str {
         &self.text
     }
@@ -258,7 +230,6 @@ impl Source {
     }
 
     /// File and line in it of a line of the whole text; both lines count from 1.
-    #[must_use]
     pub fn locate(&self, line: usize) -> (&str, usize) {
         let chunk = self.chunk(line);
         (&chunk.name, line - chunk.first + 1)
@@ -280,10 +251,10 @@ impl Source {
 
 fn equilibrium(variant: &Variant) -> (&'static str, &'static str) {
     match variant.base.controller {
-        Controller::Idm => shader("shaders/equilibrium/idm.wgsl"),
-        Controller::Gipps => shader("shaders/equilibrium/gipps.wgsl"),
+        Controller::Idm => part("equilibrium", "idm"),
+        Controller::Gipps => part("equilibrium", "gipps"),
         // Controllers that keep the spacing which their policy asks for.
-        _ => shader("shaders/equilibrium/policy.wgsl"),
+        _ => part("equilibrium", "policy"),
     }
 }
 

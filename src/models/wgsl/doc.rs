@@ -116,9 +116,6 @@ fn word<T: FromStr + VariantNames>(key: &str, value: &str) -> Result<T, String> 
 impl Head {
     /// `KEY: TEXT` lines are about the cause; everything before the first of them is the meaning. A text without `looks like` is
     /// a cause too if it is not marked `tool`.
-    ///
-    /// # Errors
-    /// A message at an unknown word of a line.
     pub(super) fn of(text: &str) -> Result<Head, String> {
         let mut head = Head::default();
         let mut cause = Cause::default();

@@ -7,6 +7,7 @@ use super::limits;
 use super::lint;
 use super::own_names::prefix;
 use super::parameters::Declared;
+use super::stages::value_type;
 use crate::catalog::{BASES, UnknownVariant, Variant, law_files};
 use crate::extension::{Argument, Cause, Extension, LoopNeeds, Stage, StageFunction};
 use crate::symbols::{ExtensionParameter, Role, Symbol};
@@ -58,19 +59,14 @@ const EXTENSIONS: &[&str] = names! {
     probe_history,
 };
 
-/// All extensions that are built in: the causes that a diagnosis knows, and its tools.
-///
-/// # Panics
-/// If one of them is not valid, which a test would have noticed.
+/// All extensions that are built in: the causes that a diagnosis knows, and its tools. Panics if one of them is not valid, which a test would have
+/// noticed.
 pub fn library() -> &'static [&'static Extension] {
     static LIBRARY: LazyLock<Vec<&'static Extension>> = LazyLock::new(|| all("extension", EXTENSIONS));
     &LIBRARY
 }
 
 /// All laws that are built in.
-///
-/// # Panics
-/// As [`library`].
 pub fn laws() -> &'static [&'static Extension] {
     static LIBRARY: LazyLock<Vec<&'static Extension>> = LazyLock::new(|| all("law", LAWS));
     &LIBRARY
@@ -96,16 +92,12 @@ impl FromStr for Variant {
 }
 
 /// The built-in extension or law with this name.
-#[must_use]
 pub fn extension_named(name: &str) -> Option<&'static Extension> {
     let named = |all: &[&'static Extension]| all.iter().copied().find(|extension| extension.name == name);
     named(library()).or_else(|| named(laws()))
 }
 
 /// Reads a user's extension or law; `file` is its name in messages, and the extension is named after it, without folder and `.wgsl`.
-///
-/// # Errors
-/// [`ShaderError`] at the first forbidden construct.
 pub fn read_extension(file: &str, text: &str) -> Result<&'static Extension, ShaderError> {
     let name = std::path::Path::new(file).file_stem().and_then(std::ffi::OsStr::to_str).unwrap_or_default();
     let plain =
@@ -428,11 +420,7 @@ impl<'a> Reader<'a> {
             let Some((function, span)) = self.function(stage.into_str()) else { continue };
             let arguments: Vec<Argument> =
                 (0..function.arguments.len()).map(|k| self.argument(function, k, span)).collect::<Result<_, _>>()?;
-            let value = match stage {
-                Stage::Policy => "Params",
-                Stage::Perception => "Perceived",
-                Stage::Speed | Stage::Law | Stage::Command | Stage::Response => "f32",
-            };
+            let value = value_type(stage);
             if arguments.contains(&Argument::Value) && matches!(stage, Stage::Policy | Stage::Perception) {
                 return self.refuse(
                     span,

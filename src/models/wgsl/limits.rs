@@ -24,9 +24,6 @@ const DECLARATIONS: usize = 500;
 const INSTRUCTIONS: u64 = 20_000;
 
 /// Refuses texts that the parser must not see.
-///
-/// # Errors
-/// At the first place beyond a limit.
 pub(super) fn refuse_long_text(file: &str, text: &str) -> Result<(), ShaderError> {
     let refuse = |at: usize, message: String| {
         let span = naga::Span::new(at as u32, at as u32 + 1);
@@ -190,9 +187,6 @@ fn block_comment(text: &str) -> usize {
 }
 
 /// Refuses functions that grow too large with calls inlined. Sizes are added up along the calls, without inlining.
-///
-/// # Errors
-/// At the first function beyond the limit.
 pub(super) fn refuse_large_functions(
     source: &Source,
     checked: &Checked,

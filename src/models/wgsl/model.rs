@@ -12,7 +12,6 @@ const ENDING: &str = ".wgsl";
 
 /// A model that does not exist.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum ModelError {
     #[error(transparent)]
     Unknown(#[from] UnknownVariant),
@@ -27,7 +26,6 @@ pub enum ModelError {
 }
 
 /// The file at the start of a model's name and the parts after it: `my_law.wgsl` and `+delay`. `None` if it does not begin with a file.
-#[must_use]
 pub fn law_file(model: &str) -> Option<(&str, &str)> {
     let model = model.trim();
     let mut ends = model.match_indices(ENDING).map(|(at, _)| at + ENDING.len());
@@ -35,10 +33,7 @@ pub fn law_file(model: &str) -> Option<(&str, &str)> {
     Some(model.split_at(end))
 }
 
-/// Reads a law; messages use `file`, and the law is named after it, without folder and ending.
-///
-/// # Errors
-/// [`ModelError::Shader`], and [`ModelError::NoLaw`] for an extension.
+/// Reads a law; messages use `file`, and the law is named after it, without folder and ending. Fails for an extension.
 pub fn read_law(file: &str, text: &str) -> Result<&'static Extension, ModelError> {
     let read = read_extension(file, text)?;
     let no_law = || ModelError::NoLaw { file: file.to_owned(), name: read.name.clone() };
@@ -46,9 +41,6 @@ pub fn read_law(file: &str, text: &str) -> Result<&'static Extension, ModelError
 }
 
 /// A law followed by parts, such as `+delay+linear`.
-///
-/// # Errors
-/// [`UnknownVariant`].
 pub fn law_with(law: &'static Extension, parts: &str) -> Result<Variant, UnknownVariant> {
     Variant::named(&format!("{}{parts}", law.name), &[law])
 }

@@ -16,23 +16,11 @@ const HALVINGS: usize = 24;
 const STEADY_STEP_S: f32 = 0.1;
 
 /// Type of the value that a stage changes.
-fn value_type(stage: Stage) -> &'static str {
+pub(super) fn value_type(stage: Stage) -> &'static str {
     match stage {
         Stage::Policy => "Params",
         Stage::Perception => "Perceived",
         Stage::Speed | Stage::Law | Stage::Command | Stage::Response => "f32",
-    }
-}
-
-/// Name of a struct that a stage passes on.
-fn handed_on(stage: Stage) -> &'static str {
-    match stage {
-        Stage::Policy => "PolicyStage",
-        Stage::Perception => "PerceptionStage",
-        Stage::Speed => "SpeedStage",
-        Stage::Law => "LawStage",
-        Stage::Command => "CommandStage",
-        Stage::Response => "ResponseStage",
     }
 }
 
@@ -68,21 +56,18 @@ pub(super) fn text(recipe: &Recipe) -> String {
 }
 
 fn stage_text(stage: Stage, extensions: &[&'static Extension]) -> String {
-    let (kind, handed) = (value_type(stage), handed_on(stage));
+    let (kind, name) = (value_type(stage), stage.into_str());
+    let handed = format!("{stage:?}Stage");
     let mut text = format!("struct {handed} {{\n    value: {kind},\n    memory: Memory,\n}}\n");
     // In the first two stages, the value is already in the list of arguments.
-    let (seen, last) = match stage {
-        Stage::Policy => ("x: Perceived", ""),
-        Stage::Perception => ("x: Perceived", ""),
-        Stage::Speed | Stage::Law | Stage::Command | Stage::Response => ("x: Perceived", ", given: f32"),
+    let (given, last) = match stage {
+        Stage::Policy => ("q", ""),
+        Stage::Perception => ("x", ""),
+        Stage::Speed | Stage::Law | Stage::Command | Stage::Response => ("given", ", given: f32"),
     };
-    let name = stage.into_str();
-    let given = match stage {
-        Stage::Policy => "q",
-        Stage::Perception => "x",
-        Stage::Speed | Stage::Law | Stage::Command | Stage::Response => "given",
-    };
-    text += &format!("fn stage_{name}(p: Params, q: Params, w: World, {seen}{last}, memory: Memory) -> {handed} {{\n");
+    text += &format!(
+        "fn stage_{name}(p: Params, q: Params, w: World, x: Perceived{last}, memory: Memory) -> {handed} {{\n"
+    );
     text += &format!("    var value = {given};\n    var after = memory;\n");
     let of = |e: &&'static Extension| e.stages.iter().filter(|f| f.stage == stage).map(|f| (*e, f)).collect::<Vec<_>>();
     for (k, (extension, function)) in extensions.iter().flat_map(of).enumerate() {
@@ -159,10 +144,10 @@ fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String
     let arguments: Vec<String> = function.arguments.iter().map(argument).collect();
     let stage = function.stage.into_str();
     let called = format!("{}{name}_{stage}({})", prefix(name), arguments.join(", "));
+    let done = format!("{name}_{stage}_done");
     let (value, state) = match &function.with_state {
-        None => (format!("{name}_{stage}_done"), String::new()),
+        None => (done.clone(), String::new()),
         Some([value, state]) => {
-            let done = format!("{name}_{stage}_done");
             (format!("{done}.{value}"), format!("    after.{} = {done}.{state};\n", memory_of(extension)))
         }
     };
@@ -172,5 +157,5 @@ fn call(extension: &Extension, function: &StageFunction, opaque: &str) -> String
         Stage::Perception => format!("Perceived({opaque}({value}.s), {opaque}({value}.v_f), {opaque}({value}.v_l))"),
         Stage::Speed | Stage::Law | Stage::Command | Stage::Response => format!("{opaque}({value})"),
     };
-    format!("    let {name}_{stage}_done = {called};\n    value = {seen};\n{state}")
+    format!("    let {done} = {called};\n    value = {seen};\n{state}")
 }

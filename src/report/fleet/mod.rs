@@ -22,7 +22,6 @@ use indexmap::IndexMap;
 /// `fleet.json`: data, settings and summary. The rows are in `parameters.csv`.
 #[derive(Debug, Clone, PartialEq, serde::Serialize, serde::Deserialize)]
 pub struct FleetFile {
-    /// Version of the file.
     pub schema_version: u32,
     /// The program and the state of its search.
     pub program: String,
@@ -76,7 +75,6 @@ pub struct FleetFile {
 
 impl FleetFile {
     /// Summary of the rows.
-    #[must_use]
     pub fn of(
         pairs: &[Pair],
         settings: &Settings,
@@ -150,7 +148,6 @@ impl FleetFile {
     }
 
     /// The entry of the recommended model, of the first measure.
-    #[must_use]
     pub fn chosen(&self) -> Option<&Overview> {
         let first = &self.overview.first()?.gof;
         let own = || self.overview.iter().filter(|one| one.gof == *first);
@@ -165,7 +162,6 @@ impl FleetFile {
     }
 
     /// The pairs with doubtful data, by the kinds of their faults; at most `most` of each kind by name.
-    #[must_use]
     pub fn doubts(&self, most: usize) -> String {
         let mut by_kind: IndexMap<&str, Vec<&str>> = IndexMap::new();
         self.doubtful.iter().for_each(|(pair, kinds)| by_kind.entry(kinds).or_default().push(pair));
@@ -181,7 +177,6 @@ impl FleetFile {
     }
 
     /// Rule of the comparison, in a sentence; empty for one model without held-back data.
-    #[must_use]
     pub fn rule(&self) -> String {
         let held = self.holdout.as_deref().unwrap_or("what was held back");
         let several = self.overview.iter().any(|one| one.model != self.overview[0].model);
@@ -200,7 +195,6 @@ impl FleetFile {
     }
 
     /// Result of the comparison of the models by the first measure, in a sentence; empty without one.
-    #[must_use]
     pub fn verdict(&self) -> String {
         let Some(chosen) = self.chosen().filter(|one| one.behind.is_some()) else { return String::new() };
         let own = self.overview.iter().filter(|one| one.gof == chosen.gof && one.model != chosen.model);
@@ -225,16 +219,11 @@ impl FleetFile {
     }
 
     /// Calibrations with a result.
-    #[must_use]
     pub fn calibrated(&self) -> usize {
         self.overview.iter().map(|one| one.calibrated).sum()
     }
 
     /// As JSON, for `fleet.json`.
-    ///
-    /// # Panics
-    /// Never: it contains only numbers and text.
-    #[must_use]
     pub fn to_json(&self) -> String {
         serde_json::to_string_pretty(self).expect("numbers and text can be written") + "\n"
     }
@@ -242,11 +231,6 @@ impl FleetFile {
 
 /// What to do about doubtful data.
 const ADVICE: &str = "leadlag inspect has the remedies";
-
-/// A number of pairs.
-fn pairs(count: usize) -> String {
-    format!("{count} pair{}", if count == 1 { "" } else { "s" })
-}
 
 /// A reason without the numbers of the one pair that has it.
 fn kind(reason: &str) -> String {

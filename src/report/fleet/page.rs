@@ -2,9 +2,10 @@
 
 use super::figures::{self, Distribution};
 use super::forest::{Estimates, forest};
-use super::{ADVICE, FleetFile, heading, pairs, percent, range};
+use super::{ADVICE, FleetFile, heading, percent, range};
 use crate::fleet::Overview;
 use crate::report::html::{MadeBy, Page, escape, short, within};
+use crate::text::shown::counted;
 
 /// A row of the table.
 #[derive(Debug, Clone, PartialEq)]
@@ -43,7 +44,6 @@ pub struct Fit {
 const FEW: usize = 40;
 
 /// One HTML page; `twin` is the text of `fleet.json`, `made` the command that made it, if known.
-#[must_use]
 pub fn page(file: &FleetFile, rows: &[Shown], fits: &[Fit], twin: &str, made: Option<&MadeBy>) -> String {
     let mut page = Page::default();
     let first = file.overview.first().map_or("", |one| one.gof.as_str());
@@ -82,7 +82,7 @@ fn lead(file: &FleetFile, one: &Overview, models: usize) -> String {
     format!(
         "<p class=\"verdict\"><strong>{} of {} calibrated with {}</strong>{}. The median driver: {}.</p>",
         one.calibrated,
-        pairs(file.pairs),
+        counted(file.pairs, "pair"),
         escape(&one.model),
         escape(&wins),
         escape(&facts.join(", "))
@@ -96,7 +96,7 @@ fn doubtful(file: &FleetFile) -> String {
     }
     format!(
         "<p class=\"verdict bad_base\"><strong>{} with doubtful data:</strong> {}; {ADVICE}.</p>",
-        pairs(file.doubtful.len()),
+        counted(file.doubtful.len(), "pair"),
         escape(&file.doubts(usize::MAX))
     )
 }

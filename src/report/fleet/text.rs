@@ -1,9 +1,10 @@
 //! A fleet in some ten lines.
 
-use super::{ADVICE, FleetFile, heading, pairs, percent, range};
+use super::{ADVICE, FleetFile, heading, percent, range};
 use crate::fleet::{Overview, Spread};
 use crate::report::html::short;
 use crate::report::text::wrapped;
+use crate::text::shown::counted;
 use std::fmt::Write;
 
 /// Number of printed reasons; the table has all.
@@ -13,17 +14,17 @@ const REASONS: usize = 3;
 const DOUBTFUL: usize = 20;
 
 /// Output of `calibrate --all`.
-#[must_use]
 pub fn text(file: &FleetFile) -> String {
     let calibrated = file.calibrated();
     let whole = file.pairs * file.overview.len();
-    let files = if file.data.len() == 1 { "1 file".to_owned() } else { format!("{} files", file.data.len()) };
-    let mut text = format!("{} of {files}: {calibrated} of {whole} calibrations have a result\n", pairs(file.pairs));
+    let files = counted(file.data.len(), "file");
+    let mut text =
+        format!("{} of {files}: {calibrated} of {whole} calibrations have a result\n", counted(file.pairs, "pair"));
     for (reason, count) in file.reasons.iter().take(REASONS) {
         text += &wrapped(2, 4, &format!("{count} without: {reason}"));
     }
     if !file.doubtful.is_empty() {
-        let (count, doubts) = (pairs(file.doubtful.len()), file.doubts(DOUBTFUL));
+        let (count, doubts) = (counted(file.doubtful.len(), "pair"), file.doubts(DOUBTFUL));
         let told = format!("{count} with doubtful data, in column findings of the table: {doubts}; {ADVICE}");
         text += &wrapped(2, 4, &told);
     }

@@ -22,7 +22,6 @@ pub struct DriveErrors {
 
 /// One HTML file. `charts` are the simulations, trajectory by trajectory, `errors` their errors, `exported` the comparison with SUMO,
 /// with charts; `twin` is the text of result.json.
-#[must_use]
 pub fn calibration(
     result: &ResultFile,
     charts: Vec<Chart>,
@@ -41,7 +40,7 @@ pub fn calibration(
     }
     page.charts("Observed and simulated", "show", charts);
     if let Some(errors) = errors {
-        page.section("errors", "Where and when errors occur");
+        page.section("errors", "When errors occur");
         budget(&mut page, &errors.all, "Error of the simulation");
     }
     page.section("replicates", "Replicates and convergence");

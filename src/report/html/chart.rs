@@ -24,7 +24,6 @@ pub struct Chart {
 impl Chart {
     /// The same chart with few enough points: for each stretch, the samples at which a line is highest or lowest, with five
     /// digits.
-    #[must_use]
     pub fn thinned(mut self) -> Chart {
         let count = self.x.len();
         let width = count.div_ceil(STRETCHES).max(1);

@@ -10,7 +10,6 @@ use crate::result::diagnosis::recommended::{HorizonGain, Trial};
 use crate::result::diagnosis::{CauseEntry, HeldBackEntry, Outcome, ParameterEntry};
 
 /// One HTML file. `charts` are the simulations, drive by drive.
-#[must_use]
 pub fn diagnosis(outcome: &Outcome, charts: Vec<Chart>, made: Option<&MadeBy>) -> String {
     let mut page = Page::default();
     let short = in_short(outcome);
@@ -45,12 +44,7 @@ fn wrong(page: &mut Page, outcome: &Outcome, charts: Vec<Chart>) {
         return;
     }
     page.section("wrong", "What is wrong, and where?");
-    if outcome.fleet.is_some() {
-        page.paragraph("For a fleet, the errors are those of section 5, on left-out drivers.");
-    } else {
-        let told = "Measured car, base model and extended model, each simulated freely behind the measured car ahead.";
-        page.paragraph(told);
-    }
+    page.paragraph("Measured car, base model and extended model, each simulated freely behind the measured car ahead.");
     outcome.broken_off.iter().for_each(|entry| page.paragraph(&format!("{}.", entry.told())));
     page.charts("Measured and simulated", "drive", charts);
     if let Some(shares) = &outcome.budget {

@@ -179,7 +179,6 @@ pub(in crate::internal::report) fn within(value: f64, [low, high]: [f64; 2]) -> 
     format!("{value:.decimals$}")
 }
 
-/// An interval.
 pub(super) fn between(interval: Option<[f64; 2]>) -> String {
     interval.map_or("–".to_owned(), |[low, high]| format!("{} to {}", short(low), short(high)))
 }

@@ -6,6 +6,7 @@ use crate::catalog::{BASES, Base, Variant};
 use crate::statistics::{box_statistics, mean, quantile};
 use crate::study::outcome::Outcomes;
 use crate::study::paper::VALIDATIONS;
+use crate::text::shown::counted;
 
 const WIDTH: f64 = 1100.0;
 const LEFT: f64 = 76.0;
@@ -229,11 +230,6 @@ fn ids(figure: &mut Figure, own: &Outcomes, plot: &Plot, x: &[f64], unit: f64) {
     }
 }
 
-/// `1 outlier`, `2 outliers`.
-fn counted(outliers: usize) -> String {
-    format!("{outliers} outlier{}", if outliers == 1 { "" } else { "s" })
-}
-
 /// Figure 6: box plots of the normalised errors.
 pub fn boxes(material: &Material) -> String {
     let own = material.own;
@@ -263,7 +259,7 @@ pub fn boxes(material: &Material) -> String {
             b.quartiles[0],
             b.quartiles[2],
             b.mean,
-            counted(b.outliers.len())
+            counted(b.outliers.len(), "outlier")
         );
         figure.with_tooltip(&text, |figure| {
             figure.line([x, y(b.whiskers[0])], [x, y(b.quartiles[0])], 1.0, INK);
@@ -285,7 +281,7 @@ pub fn boxes(material: &Material) -> String {
     ids(&mut figure, own, &plot, &x, unit);
     let beyond = outliers().filter(|o| **o > plot.top).count();
     if beyond > 0 {
-        let text = format!("not shown: {} above {:.2}; see figure6.csv", counted(beyond), plot.top);
+        let text = format!("not shown: {} above {:.2}; see figure6.csv", counted(beyond, "outlier"), plot.top);
         figure.text([RIGHT, 472.0], 11.5, Anchor::End, INK, &text);
     }
     figure.finish()

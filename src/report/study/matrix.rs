@@ -16,7 +16,6 @@ pub struct Cross {
     pub scores: Vec<f64>,
     /// Runs with a spacing of 0 or less.
     pub collisions: usize,
-    /// All runs.
     pub runs: usize,
 }
 

@@ -66,21 +66,13 @@ impl<'a> Material<'a> {
     }
 }
 
-/// The same as one HTML page with its numbers in it; `past` is the log of the runs on the study's folder.
-///
-/// # Panics
-/// Without outcomes.
-#[must_use]
+/// The same as one HTML page with its numbers in it; `past` is the log of the runs on the study's folder. Panics without outcomes.
 pub fn page(study: &StudyFile, all: &[Outcomes], inventory: &Inventory, past: &PastRuns) -> String {
     page::write(&Material::new(study, all, inventory.missing.len()), inventory, past)
 }
 
-/// The files of a report, by name. `all` has the outcomes of every goodness of fit, the first one for Tables 4 and 5; `missing` is the
-/// number of missing tasks.
-///
-/// # Panics
-/// Without outcomes.
-#[must_use]
+/// The files of a report, by name. `all` has the outcomes of every goodness of fit, the first one for Tables 4 and 5; `missing` is the number of
+/// missing tasks. Panics without outcomes.
 pub fn files(study: &StudyFile, all: &[Outcomes], missing: usize) -> Vec<(&'static str, String)> {
     let material = Material::new(study, all, missing);
     let csv = |table| String::from_utf8(super::csv::write(&table)).expect("names and numbers are UTF-8");

@@ -9,8 +9,11 @@ use crate::study::inventory::Inventory;
 use crate::study::outcome::claims::Claim;
 use crate::study::outcome::{Outcomes, Ranking, Tried};
 use crate::study::paper::VALIDATIONS;
+use crate::study::part::Part;
 use crate::study::table::{Table, Values};
+use crate::text::shown::counted;
 use serde_json::{Map, Value, json};
+use std::collections::BTreeSet;
 
 /// Largest number of named variants that cannot be distinguished.
 const NAMED: usize = 4;
@@ -47,15 +50,9 @@ pub fn write(material: &Material, inventory: &Inventory, past: &PastRuns) -> Str
     page.finish(&format!("Study {}", study.name), &lead, &twin(material, &matrix, past), None)
 }
 
-/// Mean score of a variant that has one on every trajectory.
-fn score(own: &Outcomes, v: usize) -> Option<f64> {
-    let scores: Option<Vec<f64>> = own.cells[v].iter().map(|cell| cell.score).collect();
-    mean(&scores?)
-}
-
 /// The variant with the lowest error on unseen trajectories, and the one that fits its own best.
 pub(super) fn answer(own: &Outcomes, ranking: &Ranking) -> (String, String) {
-    let scored = (0..own.variants.len()).filter_map(|v| Some((v, score(own, v)?)));
+    let scored = (0..own.variants.len()).filter_map(|v| Some((v, own.mean_score(v, &|_| true)?)));
     let Some((best, lowest)) = scored.min_by(|a, b| a.1.total_cmp(&b.1)) else {
         return ("No variant has a score on every trajectory.".to_owned(), String::new());
     };
@@ -141,10 +138,7 @@ fn signed(value: Option<f64>) -> String {
 fn validated(own: &Outcomes, variant: usize, wanted: &dyn Fn(usize) -> bool) -> (Vec<f64>, usize, usize) {
     let cells = own.cells[variant].iter().enumerate().filter(|(drive, _)| wanted(*drive));
     let tried: Vec<&Tried> = cells.flat_map(|(_, cell)| &cell.tried).collect();
-    let scores = tried.iter().filter_map(|tried| match tried {
-        Tried::Errors(errors) => Some(errors.values[3]),
-        _ => None,
-    });
+    let scores = tried.iter().filter_map(|tried| tried.score());
     let collisions = tried.iter().filter(|tried| ***tried == Tried::Collision).count();
     (scores.collect(), collisions, tried.len())
 }
@@ -163,7 +157,7 @@ fn overall(page: &mut Page, material: &Material) {
             vec![
                 variant.name(),
                 variant.shown_id(),
-                optional(score(own, v)),
+                optional(own.mean_score(v, &|_| true)),
                 optional(four.median),
                 optional(paper.map(|p| p.median)),
                 signed(four.change),
@@ -209,16 +203,10 @@ fn by(ranking: &Ranking) -> &'static str {
 }
 
 fn rankings(page: &mut Page, own: &Outcomes) {
-    let mut vehicles: Vec<&str> = own.drives.iter().map(|drive| drive.vehicle.as_str()).collect();
-    vehicles.sort_unstable();
-    vehicles.dedup();
+    let vehicles: BTreeSet<&str> = own.drives.iter().map(|drive| drive.vehicle.as_str()).collect();
     for vehicle in vehicles {
         let is_own = |drive: usize| own.drives[drive].vehicle == vehicle;
         let drives: Vec<usize> = (0..own.drives.len()).filter(|d| is_own(*d)).collect();
-        let score = |v: usize| -> Option<f64> {
-            let scores: Option<Vec<f64>> = drives.iter().map(|&d| own.cells[v][d].score).collect();
-            mean(&scores?)
-        };
         let ranking = Ranking::of(own, &is_own);
         let rows: Vec<Vec<String>> = ranking
             .order
@@ -226,14 +214,14 @@ fn rankings(page: &mut Page, own: &Outcomes) {
             .enumerate()
             .map(|(rank, &v)| {
                 let errors = |k: usize| {
-                    let values = drives.iter().filter_map(|&d| Some(own.cells[v][d].best?.values[k]));
+                    let values = drives.iter().filter_map(|&d| Some(own.cells[v][d].best?[k]));
                     optional(mean(&values.collect::<Vec<_>>()))
                 };
                 let (scores, collisions, runs) = validated(own, v, &is_own);
                 vec![
                     own.variants[v].name(),
                     (rank + 1).to_string(),
-                    optional(score(v)),
+                    optional(own.mean_score(v, &is_own)),
                     errors(0),
                     errors(1),
                     errors(2),
@@ -255,9 +243,8 @@ fn rankings(page: &mut Page, own: &Outcomes) {
             "mean in validation is higher by [95 %]",
             "collisions",
         ];
-        let count = drives.len();
-        let plural = if count == 1 { "trajectory" } else { "trajectories" };
-        page.table(&format!("{vehicle}, {count} {plural}, ranked {}", by(&ranking)), &head, &rows);
+        let count = counted(drives.len(), "trajectory");
+        page.table(&format!("{vehicle}, {count}, ranked {}", by(&ranking)), &head, &rows);
     }
 }
 
@@ -268,9 +255,7 @@ fn validation(page: &mut Page, matrix: &Matrix) {
     );
     let name = |place: &(String, usize)| format!("{} follower {}", place.0, place.1);
     for (vehicle, rows) in matrix {
-        let mut places: Vec<&(String, usize)> = rows.keys().chain(rows.values().flat_map(|row| row.keys())).collect();
-        places.sort();
-        places.dedup();
+        let places: BTreeSet<&(String, usize)> = rows.keys().chain(rows.values().flat_map(|row| row.keys())).collect();
         let cell = |cross: Option<&Cross>| {
             cross.map_or("–".to_owned(), |cross| {
                 let collisions = match cross.collisions {
@@ -294,23 +279,16 @@ fn validation(page: &mut Page, matrix: &Matrix) {
 fn cost(page: &mut Page, material: &Material, inventory: &Inventory, past: &PastRuns) {
     let done = inventory.done();
     let evaluations: u64 = inventory.parts.iter().flatten().map(|part| part.calibration.evaluations).sum();
-    let mut evaluators: Vec<String> = inventory
-        .parts
-        .iter()
-        .flatten()
-        .map(|part| {
-            let row = &part.calibration;
-            let device = row.adapter.as_deref().unwrap_or("CPU");
-            format!("{} ({}) on {device}", row.evaluator, row.precision)
-        })
-        .collect();
-    evaluators.sort_unstable();
-    evaluators.dedup();
+    let evaluator = |part: &Part| {
+        let row = &part.calibration;
+        format!("{} ({}) on {}", row.evaluator, row.precision, row.adapter.as_deref().unwrap_or("CPU"))
+    };
+    let evaluators: BTreeSet<String> = inventory.parts.iter().flatten().map(evaluator).collect();
     page.paragraph(&format!(
         "{done} calibrations are finished, {} are missing, {} found no feasible candidate; {evaluations} simulations; {}.",
         material.missing,
         inventory.failed(),
-        evaluators.join(", ")
+        Vec::from_iter(evaluators).join(", ")
     ));
     if past.runs > 0 {
         let rate = past.candidate_steps as f64 / past.wall_s.max(1e-9) / 1e6;

@@ -18,7 +18,6 @@ const AXIS: &str = "#787878";
 
 /// Why a plot cannot be drawn.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum SvgError {
     #[error(
         "times to plot over: expected at least 2, finite and increasing; found {samples}, first fault at sample {at}"
@@ -32,12 +31,9 @@ pub enum SvgError {
 
 /// Draws panels over a shared time axis \[s\] and returns the text of an SVG of 1000 x 800 px.
 ///
-/// The first line of `title` is set large, further lines small; a line that is too wide is set smaller, and cut
-/// if that does not help. Of samples closer than a pixel only the extremes are kept. The same arguments give the
-/// same text.
-///
-/// # Errors
-/// Times that are not a time axis, a series of another length, no panels.
+/// The first line of `title` is set large, further lines small; a line that is too wide is set smaller, and cut if that does not help. Of samples
+/// closer than a pixel only the extremes are kept. The same arguments give the same text. Fails for times that are not a time axis, a series of
+/// another length, no panels.
 pub fn render(title: &str, t: &[f64], panels: &[Panel]) -> Result<String, SvgError> {
     check(t, panels)?;
     let mut figure = Figure::new(SIZE[0], SIZE[1], "", &[]);

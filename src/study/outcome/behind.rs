@@ -15,7 +15,6 @@ pub struct Behind {
 
 impl Behind {
     /// From logarithms of independent ratios; one alone has no known spread. `None` without any.
-    #[must_use]
     pub fn of(ratios: &[f64]) -> Option<Behind> {
         let half = if ratios.iter().all(|ratio| *ratio == 0.0) {
             0.0
@@ -28,7 +27,6 @@ impl Behind {
     }
 
     /// Of a mean logarithm and half of its interval.
-    #[must_use]
     pub fn around(mean: f64, half: f64) -> Behind {
         // Every written number must be finite.
         let share = |logarithm: f64| logarithm.min(f64::MAX.ln()).exp_m1();
@@ -36,7 +34,6 @@ impl Behind {
     }
 
     /// The difference with its interval, or a statement that the data do not show one, in words.
-    #[must_use]
     pub fn in_words(&self) -> String {
         let [low, high] = self.interval;
         if self.mean == 0.0 && low == high {
@@ -49,14 +46,12 @@ impl Behind {
     }
 
     /// True if the drives do not distinguish the two models.
-    #[must_use]
     pub fn is_open(&self) -> bool {
         self.interval[0] <= 0.0
     }
 }
 
 /// Half of the 95 % interval of a mean, from the spread of the values.
-#[must_use]
 pub fn between(values: &[f64]) -> f64 {
     let (count, mean) = (values.len() as f64, mean(values).unwrap_or(0.0));
     let squares: f64 = values.iter().map(|value| (value - mean).powi(2)).sum();

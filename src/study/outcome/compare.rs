@@ -30,7 +30,6 @@ pub struct Table5Row {
 }
 
 /// Both tables, one row per variant of the study.
-#[must_use]
 pub fn compare(outcomes: &Outcomes) -> (Vec<Table4Row>, Vec<Table5Row>) {
     let count = outcomes.variants.len();
     let medians: Vec<Option<f64>> = (0..count).map(|i| median(&outcomes.normalized(i))).collect();
@@ -66,7 +65,7 @@ fn five(outcomes: &Outcomes, variant: usize) -> Table5Row {
 /// Medians of the changes of each error \[%\].
 fn changes(pairs: &[(Errors, Errors)]) -> [Option<f64>; 4] {
     [0, 1, 2, 3].map(|i| {
-        let change = |(own, base): &(Errors, Errors)| 100.0 * (own.values[i] - base.values[i]) / base.values[i];
+        let change = |(own, base): &(Errors, Errors)| 100.0 * (own[i] - base[i]) / base[i];
         median(&pairs.iter().map(change).filter(|x| x.is_finite()).collect::<Vec<_>>())
     })
 }

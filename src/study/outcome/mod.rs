@@ -17,11 +17,11 @@ use crate::calibrate::coefficient_of_variation;
 use crate::catalog::{BASES, Base, Variant};
 use crate::extension::Extension;
 use crate::score::Measures;
+use crate::statistics::mean;
 
 /// A trajectory.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct DriveName {
-    /// Name of the platoon.
     pub platoon: String,
     /// 1 = right behind the platoon leader.
     pub follower: usize,
@@ -29,12 +29,8 @@ pub struct DriveName {
     pub vehicle: String,
 }
 
-/// Errors of one run.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Errors {
-    /// RMSE of spacing \[m\], speed \[m/s\], acceleration \[m/s²\], and NRMSE(s,v,a).
-    pub values: [f64; 4],
-}
+/// Errors of one run: RMSE of spacing \[m\], speed \[m/s\], acceleration \[m/s²\], and NRMSE(s,v,a).
+pub type Errors = [f64; 4];
 
 /// A run of a winner on another trajectory.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -47,12 +43,18 @@ pub enum Tried {
     OtherEnd,
 }
 
+impl Tried {
+    /// NRMSE(s,v,a) of a run that reached the end.
+    pub fn score(&self) -> Option<f64> {
+        if let Tried::Errors([.., score]) = self { Some(*score) } else { None }
+    }
+}
+
 /// The calibrations of one variant on one trajectory.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Cell {
     /// Scores of the replicates with a feasible candidate.
     pub scores: Vec<f64>,
-    /// Errors of the best one.
     pub best: Option<Errors>,
     /// The best score.
     pub score: Option<f64>,
@@ -77,7 +79,6 @@ pub struct Outcomes {
 
 impl Outcomes {
     /// All available outcomes, of each goodness of fit of a study.
-    #[must_use]
     pub fn of_study(study: &StudyFile, tasks: &[Task], inventory: &Inventory) -> Vec<Outcomes> {
         let laws = study.read_laws();
         study.gofs.iter().map(|gof| Outcomes::gather(tasks, inventory, gof, &laws)).collect()
@@ -109,14 +110,12 @@ impl Outcomes {
     }
 
     /// Index of the base model of a variant, if it is part of the study.
-    #[must_use]
     pub fn base_of(&self, variant: usize) -> Option<usize> {
         let name = self.variants[variant].base.name;
         self.variants.iter().position(|v| v.name() == name)
     }
 
     /// The base models: those of Table 1 in its order, then laws in that of the plan.
-    #[must_use]
     pub fn bases(&self) -> Vec<Base> {
         let is_here = |base: &&Base| self.variants.iter().any(|v| v.base == **base);
         let mut bases: Vec<Base> = BASES.iter().filter(is_here).copied().collect();
@@ -129,13 +128,11 @@ impl Outcomes {
     }
 
     /// Indices of the variants of a base model.
-    #[must_use]
     pub fn class(&self, base: &str) -> Vec<usize> {
         (0..self.variants.len()).filter(|&i| self.variants[i].base.name == base).collect()
     }
 
     /// Smallest and largest score of a trajectory among all variants.
-    #[must_use]
     pub fn range(&self, drive: usize) -> Option<[f64; 2]> {
         let scores = self.cells.iter().filter_map(|row| row[drive].score);
         scores.fold(None, |range: Option<[f64; 2]>, x| {
@@ -144,7 +141,6 @@ impl Outcomes {
     }
 
     /// Eq. 19: scores of a variant over the smallest one of each trajectory, minus 1.
-    #[must_use]
     pub fn normalized(&self, variant: usize) -> Vec<f64> {
         let of = |drive: usize| {
             let [lowest, _] = self.range(drive)?;
@@ -153,14 +149,19 @@ impl Outcomes {
         (0..self.drives.len()).filter_map(of).collect()
     }
 
+    /// Mean score of a variant over the selected trajectories, if it has one on each of them.
+    pub fn mean_score(&self, variant: usize, wanted: &dyn Fn(usize) -> bool) -> Option<f64> {
+        let drives = (0..self.drives.len()).filter(|drive| wanted(*drive));
+        let scores: Option<Vec<f64>> = drives.map(|drive| self.cells[variant][drive].score).collect();
+        mean(&scores?)
+    }
+
     /// Coefficients of variation of a variant's scores over its replicates, one per trajectory with at least two.
-    #[must_use]
     pub fn variations(&self, variant: usize) -> Vec<f64> {
         self.cells[variant].iter().filter_map(|cell| coefficient_of_variation(cell.scores.iter().copied())).collect()
     }
 
     /// Collisions, other early ends, and number of validation runs of a variant.
-    #[must_use]
     pub fn collisions(&self, variant: usize) -> (usize, usize, usize) {
         let tried = || self.cells[variant].iter().flat_map(|cell| &cell.tried);
         let count = |end: Tried| tried().filter(|t| **t == end).count();
@@ -192,8 +193,7 @@ fn errors(run: &RunRow) -> Option<Errors> {
         let i = Measures::NAMES.iter().position(|n| *n == name)?;
         run.measures.get(i).copied().flatten()
     };
-    let values = [measure("rmse_s")?, measure("rmse_v")?, measure("rmse_a")?, measure("nrmse_sva")?];
-    Some(Errors { values })
+    Some([measure("rmse_s")?, measure("rmse_v")?, measure("rmse_a")?, measure("nrmse_sva")?])
 }
 
 fn tried(run: &RunRow) -> Tried {

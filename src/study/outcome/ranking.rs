@@ -19,20 +19,16 @@ pub struct Ranking {
 
 impl Ranking {
     /// For the calibrations on the selected trajectories.
-    #[must_use]
     pub fn of(outcomes: &Outcomes, wanted: &dyn Fn(usize) -> bool) -> Ranking {
         let count = outcomes.variants.len();
         let drives: Vec<usize> = (0..outcomes.drives.len()).filter(|drive| wanted(*drive)).collect();
         let unseen = |v: usize| {
             let tried = drives.iter().flat_map(|&drive| &outcomes.cells[v][drive].tried);
-            median(&tried.filter_map(error).collect::<Vec<_>>())
-        };
-        let own = |v: usize| {
-            let scores: Option<Vec<f64>> = drives.iter().map(|&drive| outcomes.cells[v][drive].score).collect();
-            mean(&scores?)
+            median(&tried.filter_map(Tried::score).collect::<Vec<_>>())
         };
         let is_unseen = (0..count).any(|v| unseen(v).is_some());
-        let error: Vec<Option<f64>> = (0..count).map(|v| if is_unseen { unseen(v) } else { own(v) }).collect();
+        let error: Vec<Option<f64>> =
+            (0..count).map(|v| if is_unseen { unseen(v) } else { outcomes.mean_score(v, wanted) }).collect();
         let mut order: Vec<usize> = (0..count).collect();
         order.sort_by(|&a, &b| error[a].unwrap_or(f64::INFINITY).total_cmp(&error[b].unwrap_or(f64::INFINITY)));
         let first = order.first().copied().filter(|&first| error[first].is_some());
@@ -48,17 +44,9 @@ impl Ranking {
     }
 
     /// The variants that cannot be distinguished from the chosen one.
-    #[must_use]
     pub fn open(&self) -> Vec<usize> {
         let is_open = |v: &&usize| self.behind[**v].is_some_and(|behind| behind.is_open());
         self.order.iter().filter(is_open).copied().filter(|v| Some(*v) != self.chosen).collect()
-    }
-}
-
-fn error(tried: &Tried) -> Option<f64> {
-    match tried {
-        Tried::Errors(errors) => Some(errors.values[3]),
-        _ => None,
     }
 }
 
@@ -67,7 +55,7 @@ fn error(tried: &Tried) -> Option<f64> {
 fn behind(outcomes: &Outcomes, drives: &[usize], variant: usize, other: usize) -> Option<Behind> {
     let of_drive = |&drive: &usize| {
         let [own, others] = [variant, other].map(|v| &outcomes.cells[v][drive].tried);
-        let both = own.iter().zip(others).filter_map(|(own, other)| Some((error(own)?, error(other)?)));
+        let both = own.iter().zip(others).filter_map(|(own, other)| Some((own.score()?, other.score()?)));
         let ratios = both.filter(|(own, other)| *own > 0.0 && *other > 0.0).map(|(own, other)| (own / other).ln());
         mean(&ratios.collect::<Vec<_>>())
     };
@@ -78,7 +66,7 @@ fn behind(outcomes: &Outcomes, drives: &[usize], variant: usize, other: usize) -
 mod tests {
     use super::*;
     use crate::catalog::Variant;
-    use crate::study::outcome::{Cell, DriveName, Errors};
+    use crate::study::outcome::{Cell, DriveName};
 
     fn outcomes(unseen: impl Fn(usize, usize) -> Option<f64>) -> Outcomes {
         let variants: Vec<Variant> = ["idm", "idm+delay"].map(|name| name.parse().expect("a variant")).into();
@@ -87,7 +75,7 @@ mod tests {
         let cell = |v: usize, drive: usize| Cell {
             // On its own sample, the larger one is always better.
             score: Some(0.5 - 0.1 * v as f64),
-            tried: unseen(v, drive).map(|error| Tried::Errors(Errors { values: [error; 4] })).into_iter().collect(),
+            tried: unseen(v, drive).map(|error| Tried::Errors([error; 4])).into_iter().collect(),
             ..Cell::default()
         };
         let cells = (0..2).map(|v| (0..6).map(|drive| cell(v, drive)).collect()).collect();

@@ -21,10 +21,6 @@ pub struct Printed {
 }
 
 /// The numbers by id of Table 1.
-///
-/// # Panics
-/// Never: the tables are part of the program, and a test reads them.
-#[must_use]
 pub fn printed() -> BTreeMap<u32, Printed> {
     let (four, five) = (rows(include_str!("table4.csv")), rows(include_str!("table5.csv")));
     let known = |x: Option<f64>| x.expect("the paper prints it");

@@ -5,7 +5,6 @@ use crate::wgsl::ShaderError;
 
 /// A plan that cannot be carried out.
 #[derive(Debug, thiserror::Error)]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum PlanError {
     #[error("{path}: cannot read the plan")]
     Read { path: String, source: std::io::Error },

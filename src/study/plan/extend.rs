@@ -26,7 +26,6 @@ pub struct StoredExtension {
 
 impl StoredExtension {
     /// Stored data of an extension.
-    #[must_use]
     pub fn of(extend: &Extend) -> StoredExtension {
         let Extend { given, extension } = extend;
         let is_own = extension_named(&extension.name).is_none();
@@ -34,10 +33,7 @@ impl StoredExtension {
         StoredExtension { given, name, text: is_own.then(|| extension.text.clone()) }
     }
 
-    /// The extension; `None` for a built-in one that this program lacks.
-    ///
-    /// # Errors
-    /// When this program does not accept its text.
+    /// The extension; `None` for a built-in one that this program lacks. Fails when this program does not accept its text.
     pub fn read(&self) -> Result<Option<&'static Extension>, ShaderError> {
         match &self.text {
             Some(text) => read_extension(&format!("{}.wgsl", self.name), text).map(Some),

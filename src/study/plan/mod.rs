@@ -92,9 +92,7 @@ pub struct CalibrationPlan {
     pub convention: Convention,
     /// Calibrations per trajectory, variant and goodness of fit.
     pub replicates: u64,
-    /// The one seed.
     pub seed: u64,
-    /// The optimiser.
     pub optimizer: OptimizerKind,
     /// Stopping rules; never a time, so that results do not depend on the machine.
     pub stop: Stop,
@@ -127,9 +125,6 @@ pub enum Validation {
 
 impl Plan {
     /// Reads a plan; names of files are relative to the folder that the plan names, itself relative to the plan file.
-    ///
-    /// # Errors
-    /// [`PlanError`] with the place and, where a word is misspelt, the nearest one.
     pub fn read(path: &Path) -> Result<Plan, PlanError> {
         Plan::read_with(path, &[])
     }
@@ -145,16 +140,12 @@ impl Plan {
     }
 
     /// Parses a plan. `path` is for messages; `folder` is where relative names start, `name` the default name of the study.
-    ///
-    /// # Errors
-    /// As [`Plan::read`].
     pub fn parse(content: &str, path: &str, folder: &Path, name: &str) -> Result<Plan, PlanError> {
         text::read(content, path, folder, name, &[])
     }
 }
 
 /// Bounds of the plan that concern a variant.
-#[must_use]
 pub fn overrides_for(variant: &Variant, bounds: &Overrides) -> Overrides {
     let symbols = variant.parameters();
     let has = |name: &str| symbols.iter().any(|symbol| symbol.name() == name);

@@ -31,14 +31,11 @@ const ROUNDED: u64 = 2;
 const NEAR: u64 = 100;
 
 impl Faults {
-    /// True without a fault.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.first.is_empty()
     }
 
     /// One line per problem, each with its place in the file `path`.
-    #[must_use]
     pub fn listed(&self, path: &str) -> String {
         let (problems, more) = self.clone().summarised();
         list(path, &problems, more)

@@ -11,6 +11,7 @@ pub use prepare::PrepareError;
 pub(super) use prepare::step_too_long;
 pub use problem::{Problem, ProblemKind};
 
+use crate::text::shown::counted;
 use std::io;
 
 /// A file with more problems than this reports only their number beyond it.
@@ -19,7 +20,6 @@ pub const PROBLEMS_SHOWN: usize = 10;
 /// A file of measured data could not be read.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum ImportError {
     #[error("{path}: expected a readable file")]
     Open { path: String, source: io::Error },
@@ -41,7 +41,7 @@ fn list(path: &str, problems: &[Problem], more: u64) -> String {
         })
         .collect();
     if more > 0 {
-        lines.push(format!("{path}: and {more} more problem{}", if more == 1 { "" } else { "s" }));
+        lines.push(format!("{path}: and {}", counted(more, "more problem")));
     }
     lines.join("\n")
 }

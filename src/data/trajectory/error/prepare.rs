@@ -6,7 +6,6 @@ use crate::text::option::{FROM, LEAD_LENGTH, MAX_GAP, RESAMPLE, TO};
 /// A recording could not be turned into trajectories.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum PrepareError {
     #[error("{option}: expected {expected}, found {found}")]
     Option { option: &'static str, expected: &'static str, found: f64 },

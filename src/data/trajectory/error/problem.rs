@@ -10,7 +10,6 @@ pub struct Problem {
     pub line: u64,
     /// Character of the line at which the field starts, counted from 1 (as compilers do).
     pub column: Option<usize>,
-    /// The kind of the problem.
     pub kind: ProblemKind,
 }
 
@@ -22,7 +21,6 @@ pub(crate) const HOURS_STEP_S: f64 = 5e-4;
 /// The fault: expected, found, and remedy.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum ProblemKind {
     #[error("the file is empty; expected a header line and rows of numbers")]
     Empty,

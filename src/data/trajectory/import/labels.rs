@@ -32,9 +32,6 @@ pub struct Label {
 
 impl Labels {
     /// Reads the table; `name` stands for the file in messages.
-    ///
-    /// # Errors
-    /// [`ImportError`] with the places of the first problems.
     pub fn read_from(input: impl Read, name: &str) -> Result<Self, ImportError> {
         let mut problems = Problems::default();
         let mut lines = Lines::new(input);
@@ -45,7 +42,6 @@ impl Labels {
     }
 
     /// The cars of a platoon, front to back.
-    #[must_use]
     pub fn get(&self, file_stem: &str) -> Option<&[Label]> {
         self.rows.get(file_stem).map(Vec::as_slice)
     }

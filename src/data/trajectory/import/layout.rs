@@ -34,7 +34,6 @@ impl Layout {
     pub const ALL: [Layout; 5] =
         [Layout::OpenAcc, Layout::AstazeroRebuilt, Layout::AstazeroProcessed, Layout::UltraAv, Layout::Pair];
 
-    #[must_use]
     pub fn names() -> [&'static str; 5] {
         Layout::ALL.map(|layout| layout.into_str())
     }
@@ -46,7 +45,6 @@ impl Layout {
     }
 
     /// Name of the time column.
-    #[must_use]
     pub fn time_column(self) -> &'static str {
         self.map().and_then(|map| map.time_column()).unwrap_or("time")
     }

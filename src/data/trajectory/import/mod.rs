@@ -38,7 +38,6 @@ const LABELS: &str = "Labels.csv";
 const SLOPE: &str = "Slope.csv";
 
 /// True for a table that accompanies others and has no trajectories itself.
-#[must_use]
 pub fn is_companion(path: &Path) -> bool {
     path.file_name().is_some_and(|name| name == LABELS || name == SLOPE)
 }
@@ -47,9 +46,6 @@ pub fn is_companion(path: &Path) -> bool {
 ///
 /// For the authors' processed layout `Labels.csv` (names, lengths) and `Slope.csv` (grade) are read from the
 /// same folder if they exist.
-///
-/// # Errors
-/// [`ImportError`], with line and column of the first problems of the file.
 pub fn read(path: &Path, layout: Option<Layout>) -> Result<Recording, ImportError> {
     let name = path.display().to_string();
     let mut recording = read_from(open(path)?, &name, layout)?;
@@ -73,9 +69,6 @@ pub fn read(path: &Path, layout: Option<Layout>) -> Result<Recording, ImportErro
 }
 
 /// Reads measured trajectories from memory; `name` stands for the file in messages. No companion files are read.
-///
-/// # Errors
-/// As [`read`].
 pub fn read_bytes(bytes: &[u8], name: &str, layout: Option<Layout>) -> Result<Recording, ImportError> {
     let mut recording = read_from(bytes, name, layout)?;
     add_labels(&mut recording, None);
@@ -96,9 +89,6 @@ fn add_labels(recording: &mut Recording, labels: Option<&Labels>) {
 
 /// Reads measured trajectories from a stream, line by line; `name` stands for the file in messages. No companion files
 /// are read, and cars of the processed layout keep the names `car 1`, `car 2`, ...
-///
-/// # Errors
-/// As [`read`].
 pub fn read_from(input: impl Read, name: &str, layout: Option<Layout>) -> Result<Recording, ImportError> {
     let mut problems = Problems::default();
     let mut lines = Lines::new(input);

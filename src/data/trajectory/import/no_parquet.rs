@@ -11,8 +11,6 @@ pub(super) const MAGIC: [u8; 4] = *b"PAR1";
 pub(super) enum Text {}
 
 impl Text {
-    /// # Errors
-    /// Always.
     pub fn of(_: File, path: &str) -> Result<Text, ImportError> {
         let what = "a Parquet file, and leadlag was built without the feature `parquet`; write it as CSV";
         Err(ImportError::Open { path: path.to_owned(), source: io::Error::other(what) })

@@ -6,7 +6,6 @@ use serde::Serialize;
 
 /// One link, named after the follower's car number.
 #[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct LinkInspection {
     pub follower_car: usize,
     /// Column of the gap in the file.

@@ -24,7 +24,6 @@ const MISSING_WARNING: f64 = 0.1;
 
 /// Properties of a recording. Units are in the names; `None` if there is nothing to measure.
 #[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct Inspection {
     pub source: Source,
     pub layout: Layout,
@@ -36,7 +35,6 @@ pub struct Inspection {
 
 /// One platoon of the file.
 #[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct PlatoonInspection {
     pub id: Option<String>,
     pub rows: usize,
@@ -59,7 +57,6 @@ pub struct PlatoonInspection {
 
 /// Pieces of a follower between gaps that are too long to be interpolated.
 #[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct FollowerInspection {
     /// 1 = the car right behind the platoon leader.
     pub follower: usize,
@@ -73,7 +70,6 @@ pub struct FollowerInspection {
 
 /// The time axis.
 #[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct Sampling {
     pub step_s: f64,
     /// Steps that are not multiples of `step_s`.
@@ -83,9 +79,7 @@ pub struct Sampling {
     pub longest_step_s: f64,
 }
 
-/// One car.
 #[derive(Debug, Clone, Serialize)]
-#[allow(missing_docs, reason = "names of fields carry meaning and unit")]
 pub struct CarInspection {
     pub number: usize,
     /// Its number for `--follower`: 1 = the car right behind the platoon leader. `None` for the leader, for a car behind one that
@@ -112,7 +106,6 @@ pub struct CarInspection {
 }
 
 /// Describes a recording; nothing is changed, and nothing fails.
-#[must_use]
 pub fn inspect(recording: &Recording) -> Inspection {
     Inspection {
         source: recording.source.clone(),

@@ -144,11 +144,8 @@ impl Context<'_> {
 
 /// The trajectories of one follower: one per segment between long gaps, and per trajectory id.
 ///
-/// Follower 1 is the car right behind the platoon leader, car number 2. If a file holds several trajectories and none
-/// is chosen, those that are too short, or broken, are left out unless all are.
-///
-/// # Errors
-/// [`PrepareError`] names the available followers, steps or time windows of the file.
+/// Follower 1 is the car right behind the platoon leader, car number 2. If a file holds several trajectories and none is chosen, those that are too
+/// short, or broken, are left out unless all are. The error names the available followers, steps or time windows of the file.
 pub fn prepare(
     recording: &Recording,
     follower: usize,
@@ -187,9 +184,6 @@ pub fn prepare(
 }
 
 /// The trajectories of one follower of one platoon of a recording, one per segment between long gaps; `trajectory_id` is ignored.
-///
-/// # Errors
-/// As [`prepare`].
 pub fn prepare_platoon(
     recording: &Recording,
     platoon: &Platoon,
@@ -201,9 +195,6 @@ pub fn prepare_platoon(
 }
 
 /// The stretches between long gaps into which [`prepare`] cuts a follower of a platoon by default.
-///
-/// # Errors
-/// As [`prepare`], which may also refuse the content of the stretches.
 pub(in crate::trajectory) fn stretches_of(
     recording: &Recording,
     platoon: &Platoon,

@@ -93,7 +93,6 @@ impl Samples {
         found.map(|(_, values)| values.as_slice())
     }
 
-    /// A required signal.
     pub fn required(&self, signal: Signal) -> &[f64] {
         self.channel(signal).expect("collect adds every required signal")
     }

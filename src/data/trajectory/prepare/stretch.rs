@@ -30,13 +30,11 @@ impl Stretch {
     }
 
     /// Segments that [`super::prepare`] has found, in order.
-    #[must_use]
     pub fn of_trajectories(trajectories: &[Trajectory]) -> Vec<Stretch> {
         Stretch::of(trajectories.iter().map(|trajectory| trajectory.t.as_slice()))
     }
 
     /// The longest few, the longest first, equally long ones in order of time; and the number of the others.
-    #[must_use]
     pub fn longest(all: &[Stretch]) -> (Vec<&Stretch>, usize) {
         let mut sorted: Vec<&Stretch> = all.iter().collect();
         sorted.sort_by_key(|stretch| std::cmp::Reverse(stretch.samples));
@@ -46,7 +44,6 @@ impl Stretch {
     }
 
     /// The longest few in words: `4 (35240.1 to 35249.5 s, 95 samples), ... and 22 more, none of them longer`.
-    #[must_use]
     pub fn listed(all: &[Stretch]) -> String {
         let (longest, more) = Stretch::longest(all);
         let mut text = longest.iter().map(ToString::to_string).collect::<Vec<_>>().join(", ");

@@ -15,7 +15,6 @@ pub fn correct(platoon: &mut Platoon, follower: usize, link: &Link, findings: &m
     }
 }
 
-/// The car of a number.
 fn car(platoon: &mut Platoon, number: usize) -> Option<&mut Car> {
     platoon.cars.iter_mut().find(|car| car.number == number)
 }

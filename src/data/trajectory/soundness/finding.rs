@@ -43,7 +43,6 @@ pub enum FindingKind {
 
 impl FindingKind {
     /// Effect of a fault of this kind on calibrated parameters.
-    #[must_use]
     pub fn effect(self) -> &'static str {
         match self {
             FindingKind::SpeedScale => "t_h, v_0 and d_0 compensate for a false drift",
@@ -67,7 +66,6 @@ impl FindingKind {
 
 impl FindingKind {
     /// How to correct or avoid a fault of this kind, for the documentation.
-    #[must_use]
     pub fn remedy(self) -> &'static str {
         match self {
             FindingKind::SpeedScale | FindingKind::ClockOffset => "`--correct`, where the data tell which signal it is",
@@ -85,7 +83,6 @@ impl FindingKind {
 
     /// Number of 1,000 sound drives in which a fault of this kind is found: measured by `tests/input/false_alarms.rs` with
     /// LEADLAG_FULL=1.
-    #[must_use]
     pub fn false_alarms(self) -> f64 {
         match self {
             FindingKind::SpeedScale | FindingKind::ClockOffset | FindingKind::Resampled => 0.34,
@@ -131,7 +128,6 @@ impl Remedy {
     }
 
     /// The id of the option and its value, in files alike whatever the front end.
-    #[must_use]
     pub fn named(&self) -> String {
         let value = self.value.as_ref().map_or(String::new(), |value| format!(" {value}"));
         self.option.id() + &value
@@ -184,7 +180,6 @@ impl Finding {
     }
 
     /// The sentence with the effect of the fault on parameters, and with the remedy or the correction.
-    #[must_use]
     pub fn message(&self) -> String {
         let effect = if self.matters { format!("; {}", self.kind.effect()) } else { String::new() };
         match &self.correction {

@@ -118,7 +118,6 @@ fn slow_events(steps: &[f64], seen: &[usize], width: usize) -> Vec<Range<usize>>
     events
 }
 
-/// One finding of all jumps.
 pub(super) fn finding(link: &Link, jumps: &[Jump]) -> Option<Finding> {
     let matters = jumps.iter().any(Jump::matters);
     // Beside large ones, small ones do not matter.
@@ -208,7 +207,6 @@ pub(super) fn spikes(signal: &Signal, link: &Link) -> Vec<Range<usize>> {
     found
 }
 
-/// One finding of all spikes of a signal.
 pub(super) fn spiky(signal: &Signal, link: &Link, spikes: &[Range<usize>]) -> Option<Finding> {
     let size = |range: &Range<usize>| signal.values[range.start] - signal.values[range.start - 1];
     let largest = spikes.iter().map(size).reduce(|a, b| if b.abs() > a.abs() { b } else { a })?;

@@ -39,7 +39,6 @@ pub struct Link {
     pub alone: bool,
 }
 
-/// One signal of a link.
 pub(super) struct Signal<'a> {
     pub values: &'a [f64],
     pub who: Who,
@@ -53,7 +52,6 @@ pub(super) struct Signal<'a> {
 
 impl Link {
     /// The link of a follower in a platoon of a recording, between two times \[s\]; `None` without a gap or a car ahead.
-    #[must_use]
     pub fn of(recording: &Recording, platoon: &Platoon, follower: usize, window: [Option<f64>; 2]) -> Option<Link> {
         let from = window[0].map_or(0, |from| platoon.t.partition_point(|&t| t < from - GRID_TOLERANCE_S));
         let to = window[1].map_or(platoon.t.len(), |to| platoon.t.partition_point(|&t| t <= to + GRID_TOLERANCE_S));
@@ -105,19 +103,16 @@ impl Link {
     }
 
     /// Number of samples.
-    #[must_use]
     pub fn len(&self) -> usize {
         self.gap.len()
     }
 
     /// True without samples.
-    #[must_use]
     pub fn is_empty(&self) -> bool {
         self.gap.is_empty()
     }
 
     /// Time of a sample in the file \[s\].
-    #[must_use]
     pub fn time(&self, sample: usize) -> f64 {
         // Without the rounding errors of sums.
         ((self.t_0 + sample as f64 * self.dt) * 1e6).round() / 1e6

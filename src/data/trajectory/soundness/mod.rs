@@ -46,10 +46,7 @@ pub struct NoLink {
     follower: usize,
 }
 
-/// Checks the link of a follower (1 = right behind the platoon leader) in the recording's platoon number `platoon`.
-///
-/// # Errors
-/// For an unknown link.
+/// Checks the link of a follower (1 = right behind the platoon leader) in the recording's platoon number `platoon`. Fails for an unknown link.
 pub fn check(recording: &Recording, platoon: usize, follower: usize) -> Result<Soundness, NoLink> {
     let none = || NoLink { path: recording.source.path.clone(), follower };
     let platoon = recording.platoons.get(platoon).ok_or_else(none)?;
@@ -58,7 +55,6 @@ pub fn check(recording: &Recording, platoon: usize, follower: usize) -> Result<S
 }
 
 /// Checks a link, and the times of its platoon.
-#[must_use]
 pub fn check_platoon(platoon: &Platoon, link: &Link) -> Soundness {
     // With another unit of time, no other comparison is possible.
     let mut soundness = match time::of_unit(link) {
@@ -73,8 +69,6 @@ pub fn check_platoon(platoon: &Platoon, link: &Link) -> Soundness {
     soundness
 }
 
-/// Checks one link.
-#[must_use]
 pub fn check_link(measured: &Link) -> Soundness {
     let mut link = measured.clone();
     let mut findings = Vec::new();

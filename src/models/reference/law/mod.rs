@@ -30,7 +30,6 @@ pub struct Seen<'a> {
 /// Memory of a law from step to step: the members of `State` in the order of its file. All start at 0.
 pub type Memory = [f64; 4];
 
-/// A law.
 #[derive(Debug)]
 pub struct Law {
     /// The name of its file.
@@ -57,8 +56,6 @@ macro_rules! laws {
 
 law_files!(laws);
 
-/// The law of this name.
-#[must_use]
 pub fn named(name: &str) -> Option<&'static Law> {
     ALL.iter().find(|law| law.name == name)
 }

@@ -35,7 +35,6 @@ impl PartialEq for Measure {
 
 impl Measure {
     /// The name of a goodness of fit of these signals.
-    #[must_use]
     pub fn of(&self, signals: &str) -> String {
         let marked = |signal: char| format!("-{signal}{}", self.mark);
         match self.mark {
@@ -50,7 +49,6 @@ macro_rules! measures {
     ($($name:ident,)*) => {
         $(mod $name;)*
 
-        /// All measures.
         pub const MEASURES: &[&Measure] = &[$(&$name::MEASURE),*];
 
         /// The measures of one signal; those without a unit are relative.

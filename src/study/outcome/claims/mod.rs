@@ -26,7 +26,6 @@ const BASES: [&str; 5] = ["idm", "gipps", "l-cth", "l-idm", "l-gipps"];
 
 /// Every statement. `all` are the outcomes of every goodness of fit of the study, `own` those that the tables
 /// are made of. Outcomes of another goodness of fit cannot decide statements of the paper about its own.
-#[must_use]
 pub fn claims(own: &Outcomes, table4: &[Table4Row], table5: &[Table5Row], all: &[Outcomes]) -> Vec<Claim> {
     let of = Reader { own, table4, table5 };
     let mut claims = of.errors();

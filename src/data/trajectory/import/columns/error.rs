@@ -6,7 +6,6 @@ use std::io;
 /// A column map that cannot be used.
 #[derive(Debug, thiserror::Error)]
 #[non_exhaustive]
-#[allow(missing_docs, reason = "the message of each variant says what its fields hold")]
 pub enum MapError {
     #[error("{path}: expected a readable column map")]
     Open { path: String, source: io::Error },

@@ -61,9 +61,6 @@ pub struct ColumnMap {
 
 impl ColumnMap {
     /// Reads the text of a map; `name` stands for the file in messages.
-    ///
-    /// # Errors
-    /// [`MapError`] with the line, the expected and the found value.
     pub fn parse(text: &str, name: &str) -> Result<ColumnMap, MapError> {
         let path = || name.to_owned();
         let parsed: Text = toml::from_str(text).map_err(|error| {
@@ -128,7 +125,6 @@ impl ColumnMap {
     }
 
     /// Names of its columns, for lists.
-    #[must_use]
     pub fn column_names(&self) -> Vec<&str> {
         self.columns.iter().filter_map(|column| column.names.first().map(String::as_str)).collect()
     }
@@ -219,7 +215,6 @@ impl ColumnMap {
     }
 
     /// The same map with this length of the vehicle ahead \[m\], instead of any column; that of a follower stays.
-    #[must_use]
     pub fn with_lead_length(mut self, length: Option<f64>) -> ColumnMap {
         self.lead_override = length;
         self

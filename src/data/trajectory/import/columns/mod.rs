@@ -26,6 +26,7 @@ use super::header::{Header, nearest};
 use super::lines::Lines;
 use super::problems::{Problems, Stop};
 use crate::text::bounded::TEXT_MAX;
+use crate::trajectory::error::ProblemKind;
 use crate::trajectory::{ChosenBy, ImportError, Layout, Note, Platoon, Recording, Source};
 use std::io::Read;
 use std::path::Path;
@@ -46,15 +47,11 @@ const SHIPPED: [(&str, &str); 8] = [
 
 impl ColumnMap {
     /// Name and text of the built-in maps.
-    #[must_use]
     pub fn shipped() -> &'static [(&'static str, &'static str)] {
         &SHIPPED
     }
 
     /// A built-in map by its name, or your own map: its file, which ends in `.toml`, or its text, which has several lines.
-    ///
-    /// # Errors
-    /// [`MapError`], for an unknown name, and as [`ColumnMap::parse`].
     pub fn find(given: &str) -> Result<ColumnMap, MapError> {
         if let Some((name, text)) = SHIPPED.iter().find(|(name, _)| *name == given) {
             return ColumnMap::parse(text, name);
@@ -74,9 +71,6 @@ impl ColumnMap {
 }
 
 /// Reads a table by a column map.
-///
-/// # Errors
-/// [`ImportError`], with line and column of the first problems of the file.
 pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Recording, ImportError> {
     let (input, is_parquet) = super::opened(path)?;
     let written_alike = is_parquet.then(|| map.clone().of_plain_csv());
@@ -84,9 +78,6 @@ pub fn read_mapped(path: &Path, map: &ColumnMap) -> Result<Recording, ImportErro
 }
 
 /// Reads a table by a column map from a stream; `name` stands for the file in messages.
-///
-/// # Errors
-/// As [`read_mapped`].
 pub fn read_mapped_from(input: impl Read, name: &str, map: &ColumnMap) -> Result<Recording, ImportError> {
     let mut problems = Problems::default();
     let mut lines = Lines::new(input);
@@ -115,8 +106,12 @@ pub fn read_mapped_from(input: impl Read, name: &str, map: &ColumnMap) -> Result
 fn platoons(table: &rows::Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
     match map.rows {
         Rows::Vehicles => vehicles::platoons(table, map, problems),
-        Rows::Pairs => pairs::platoons(table, map, problems),
-        Rows::Platoon => platoon::platoons(table, map, problems),
+        Rows::Pairs => pairs::of_groups(table, map, problems, pairs::platoon),
+        Rows::Platoon if table.cars().len() < 2 => {
+            let kind = ProblemKind::FewCars { found: table.cars().len() };
+            Err(problems.stop(table.header_line.max(1), None, kind))
+        }
+        Rows::Platoon => pairs::of_groups(table, map, problems, platoon::platoon),
     }
 }
 
@@ -151,14 +146,12 @@ fn vehicle_name(id: &str) -> String {
 
 impl Recording {
     /// True for a table of platoons: its cars are numbered, as in the layouts that need no map.
-    #[must_use]
     pub fn is_of_numbered_cars(&self) -> bool {
         self.chosen_by == ChosenBy::Place
     }
 
     /// Keeps only the platoons in which the car of this name is the follower with the same number as in the first: 1 is the car right
     /// behind the leader. `None`, and no change, without such a platoon.
-    #[must_use]
     pub fn keep_car(&mut self, name: &str) -> Option<usize> {
         let place = |platoon: &Platoon| {
             let followers = platoon.cars.iter().filter(|car| car.number > 1);
@@ -173,7 +166,6 @@ impl Recording {
 
     /// Keeps only the pairs of a mapped table whose follower has this id, that of its vehicle or group, or the one pair of this id; false, and nothing
     /// changed, without such a pair.
-    #[must_use]
     pub fn keep_follower(&mut self, id: &str) -> bool {
         let name = match self.chosen_by {
             ChosenBy::Place => return false,

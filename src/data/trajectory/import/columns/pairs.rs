@@ -22,7 +22,7 @@ pub(super) struct Group {
 }
 
 /// The rows of each trajectory in the order of the file. Of those with the same name the later ones are numbered.
-pub(super) fn by_group(table: &Table) -> Vec<Group> {
+fn by_group(table: &Table) -> Vec<Group> {
     let names = table.names(Role::Group);
     let mut groups: Vec<(Option<u32>, Vec<usize>)> = Vec::new();
     let mut place = HashMap::new();
@@ -53,19 +53,26 @@ pub(super) fn by_group(table: &Table) -> Vec<Group> {
     groups.into_iter().map(numbered).collect()
 }
 
-/// One platoon per group, in the order of the file.
-pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
-    let mut platoons = Vec::new();
+/// One platoon per group, in the order of the file, by `platoon`, which adds its pairs.
+pub(super) fn of_groups(
+    table: &Table,
+    map: &ColumnMap,
+    problems: &mut Problems,
+    platoon: fn(&Table, &ColumnMap, Group, &mut Vec<Pair>) -> Platoon,
+) -> Result<Vec<Platoon>, Stop> {
     let mut pairs = Vec::new();
-    for Group { name, id, rows, again } in by_group(table).into_iter().filter(|group| group.rows.len() > 1) {
-        let follower = name.as_deref().unwrap_or("follower");
-        let (mut platoon, pair) = platoon(table, map, id, follower, &rows);
-        platoon.notes.extend(again);
-        platoons.push(platoon);
-        pairs.push(pair);
-    }
+    let groups = by_group(table).into_iter().filter(|group| group.rows.len() > 1);
+    let mut platoons: Vec<Platoon> = groups
+        .map(|mut group| {
+            let again = group.again.take();
+            let mut platoon = platoon(table, map, group, &mut pairs);
+            platoon.notes.extend(again);
+            platoon
+        })
+        .collect();
     if !platoons.iter().any(Platoon::is_usable) {
-        problems.adopt(platoons.iter().flat_map(|platoon| &platoon.cars).map(|car| car.faults.clone()));
+        let cars = platoons.iter().flat_map(|platoon| &platoon.cars);
+        problems.adopt(cars.flat_map(|car| [car.faults.clone(), car.gap_faults.clone()]));
         problems.check()?;
     }
     let Some(first) = platoons.first_mut() else {
@@ -116,7 +123,10 @@ fn faults(table: &Table, rows: &[usize]) -> Faults {
     faults
 }
 
-fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, follower: &str, rows: &[usize]) -> (Platoon, Pair) {
+/// A follower and the vehicle ahead.
+pub(super) fn platoon(table: &Table, map: &ColumnMap, group: Group, pairs: &mut Vec<Pair>) -> Platoon {
+    let Group { name, id, rows, .. } = &group;
+    let follower = name.as_deref().unwrap_or("follower");
     let take = |role: Role| table.numbers(role).map(|all| rows.iter().map(|&row| all[row]).collect::<Vec<f64>>());
     let mut notes = Vec::new();
     let constant = |length: Option<f64>| Some(vec![length?; rows.len()]);
@@ -160,7 +170,7 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, follower: &str, r
     let (v, v_l) = (take(Role::Speed).unwrap_or_default(), take(Role::LeadSpeed));
     let relative = || take(Role::RelativeSpeed).unwrap_or_default();
     let v_l = v_l.unwrap_or_else(|| v.iter().zip(relative()).map(|(v, relative)| v + relative).collect());
-    let pair = Pair {
+    pairs.push(Pair {
         car: 0,
         t: t.clone(),
         v: v.clone(),
@@ -168,7 +178,7 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, follower: &str, r
         gap: measured,
         headway,
         fronts,
-    };
+    });
     let mut cars = Vec::new();
     if let Some(v) = take(Role::Lead2Speed) {
         cars.push(Car { v, ..Car::new(0, Some("car two ahead")) });
@@ -193,5 +203,5 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, follower: &str, r
     });
     notes.extend(table.drivers(rows, 0, 2));
     let lines = rows.iter().map(|&row| table.lines[row]).collect();
-    (Platoon { id, t, lines, cars, notes }, pair)
+    Platoon { id: id.clone(), t, lines, cars, notes }
 }

@@ -1,46 +1,18 @@
 //! Wide tables of more than two cars: one row per time, and for each car columns with its number in the name.
 
 use super::map::ColumnMap;
-use super::pairs::{Group, by_group};
-use super::plausible::{self, Pair};
+use super::pairs::Group;
+use super::plausible::Pair;
 use super::role::Role;
 use super::rows::Table;
 use crate::trajectory::error::{Problem, ProblemKind};
 use crate::trajectory::import::median;
 use crate::trajectory::import::number::REVERSE_LIMIT;
-use crate::trajectory::import::problems::{Problems, Stop};
 use crate::trajectory::{Car, Note, Platoon};
 
-/// One platoon per group, in the order of the file.
-pub(super) fn platoons(table: &Table, map: &ColumnMap, problems: &mut Problems) -> Result<Vec<Platoon>, Stop> {
-    if table.cars().len() < 2 {
-        let found = table.cars().len();
-        return Err(problems.stop(table.header_line.max(1), None, ProblemKind::FewCars { found }));
-    }
-    let mut platoons = Vec::new();
-    let mut pairs = Vec::new();
-    for Group { id, rows, again, .. } in by_group(table).into_iter().filter(|group| group.rows.len() > 1) {
-        let mut platoon = platoon(table, map, id, &rows, &mut pairs);
-        platoon.notes.extend(again);
-        platoons.push(platoon);
-    }
-    if !platoons.iter().any(Platoon::is_usable) {
-        let cars = platoons.iter().flat_map(|platoon| &platoon.cars);
-        problems.adopt(cars.flat_map(|car| [car.faults.clone(), car.gap_faults.clone()]));
-        problems.check()?;
-    }
-    let Some(first) = platoons.first_mut() else {
-        return Err(problems.stop(table.lines[0], None, ProblemKind::OneRow));
-    };
-    if map.check_units {
-        plausible::pairs(table, &pairs, problems);
-        problems.check()?;
-    }
-    table.note(first);
-    Ok(platoons)
-}
-
-fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], pairs: &mut Vec<Pair>) -> Platoon {
+/// Cars one behind the other.
+pub(super) fn platoon(table: &Table, map: &ColumnMap, group: Group, pairs: &mut Vec<Pair>) -> Platoon {
+    let Group { id, rows, .. } = &group;
     let take = |role: Role, car: usize| {
         table.numbers_of(role, car).map(|all| rows.iter().map(|&row| all[row]).collect::<Vec<f64>>())
     };
@@ -107,5 +79,5 @@ fn platoon(table: &Table, map: &ColumnMap, id: Option<String>, rows: &[usize], p
         notes.extend(table.drivers(rows, number, number));
     }
     let lines = rows.iter().map(|&row| table.lines[row]).collect();
-    Platoon { id, t, lines, cars, notes }
+    Platoon { id: id.clone(), t, lines, cars, notes }
 }

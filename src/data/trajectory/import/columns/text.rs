@@ -21,9 +21,10 @@ pub(super) enum Rows {
 }
 
 /// Separator of fields.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Separator {
+    #[default]
     Comma,
     Semicolon,
     Tab,
@@ -31,18 +32,19 @@ pub(super) enum Separator {
     Whitespace,
 }
 
-/// Decimal separator.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Decimal {
+    #[default]
     Point,
     Comma,
 }
 
 /// The end of the positions towards which a vehicle drives.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum Direction {
+    #[default]
     Increasing,
     Decreasing,
     /// A vehicle with negative speeds drives towards lower positions.
@@ -52,9 +54,10 @@ pub(super) enum Direction {
 }
 
 /// The point of a vehicle that its position refers to.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Deserialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize)]
 #[serde(rename_all = "kebab-case")]
 pub(super) enum PositionAt {
+    #[default]
     Front,
     Centre,
     Rear,
@@ -68,9 +71,9 @@ pub(super) struct Text {
     #[serde(default)]
     pub title: String,
     pub rows: Rows,
-    #[serde(default = "comma")]
+    #[serde(default)]
     pub separator: Separator,
-    #[serde(default = "point")]
+    #[serde(default)]
     pub decimal: Decimal,
     pub header: Option<Vec<String>>,
     /// Options for a table without a header line.
@@ -83,9 +86,9 @@ pub(super) struct Text {
     pub missing: Vec<String>,
     #[serde(default)]
     pub nobody: Vec<String>,
-    #[serde(default = "increasing")]
+    #[serde(default)]
     pub direction: Direction,
-    #[serde(default = "front")]
+    #[serde(default)]
     pub position_at: PositionAt,
     #[serde(alias = "frame_rate")]
     pub frame_rate_hz: Option<f64>,
@@ -174,22 +177,6 @@ impl<'de> Deserialize<'de> for Entry {
         }
         deserializer.deserialize_any(Either)
     }
-}
-
-fn comma() -> Separator {
-    Separator::Comma
-}
-
-fn point() -> Decimal {
-    Decimal::Point
-}
-
-fn increasing() -> Direction {
-    Direction::Increasing
-}
-
-fn front() -> PositionAt {
-    PositionAt::Front
 }
 
 fn yes() -> bool {

@@ -86,7 +86,6 @@ impl Quantity {
         self.units().iter().find(|(name, _)| *name == unit).map(|(_, factor)| Form::Factor(*factor))
     }
 
-    /// The names of all its units.
     pub fn names(self) -> Vec<&'static str> {
         let clocks = if self == Quantity::Time { &CLOCKS[..] } else { &[] };
         self.units().iter().map(|(name, _)| *name).chain(clocks.iter().map(|(name, _)| *name)).collect()

@@ -38,8 +38,7 @@ pub(super) struct Text {
 }
 
 impl Text {
-    /// # Errors
-    /// If it is broken, or has columns with several values.
+    /// Fails if it is broken, or has columns with several values.
     pub fn of(file: File, path: &str) -> Result<Text, ImportError> {
         let failed = |why: String| {
             let source =
