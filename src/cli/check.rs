@@ -119,7 +119,7 @@ fn plot(law: &'static Extension, bounds: &[String]) -> anyhow::Result<()> {
     });
     let given: Vec<String> = values.iter().map(|(symbol, x)| format!("{} {x:.3}", symbol.name())).collect();
     let title = format!("{}, over the spacing, at {}", law.name, given.join(", "));
-    super::plot::print_accelerations(&title, &spacings, charts.into())
+    super::plot::draw(&title, (&spacings, "m"), charts.into())
 }
 
 /// Accelerations are shown up to this limit, in both directions \[m/s²\]: larger ones would flatten the rest.

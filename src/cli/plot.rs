@@ -21,7 +21,7 @@ fn terminal() -> (usize, bool) {
 pub type Chart = (String, Vec<(&'static str, Vec<f64>)>);
 
 /// Prints charts below a title, over the same values, which have a unit.
-fn draw(title: &str, over: (&[f64], &str), charts: Vec<Chart>) -> anyhow::Result<()> {
+pub fn draw(title: &str, over: (&[f64], &str), charts: Vec<Chart>) -> anyhow::Result<()> {
     let (columns, colours) = terminal();
     let mut text = format!("\n{title}\n");
     for (label, lines) in charts {
@@ -31,11 +31,6 @@ fn draw(title: &str, over: (&[f64], &str), charts: Vec<Chart>) -> anyhow::Result
     }
     // Its colours are meant.
     output::print_as_is(&text)
-}
-
-/// Prints accelerations over spacings \[m\].
-pub fn print_accelerations(title: &str, s: &[f64], charts: Vec<Chart>) -> anyhow::Result<()> {
-    draw(title, (s, "m"), charts)
 }
 
 /// Prints both signals over the time \[s\]; `lines` are names with spacing and speed, the measured car first.

@@ -36,17 +36,11 @@ fn write_calibration(text: &mut String, result: &ResultFile) -> std::fmt::Result
         writeln!(text, "data         {}", data.path)?;
         writeln!(text, "             follower {}, {}", data.follower, data.name)?;
         let (samples, first) = (data.samples, data.first_scored);
-        text.push_str(&wrapped(
-            INDENT,
-            INDENT + 2,
-            &format!("{from:.1} to {to:.1} s, {samples} samples, scored from sample {first}"),
-        ));
-        text.push_str(&wrapped(INDENT, INDENT + 2, &format!("sha256 {}", &data.sha256[..16.min(data.sha256.len())])));
-        for note in &data.preparation {
-            text.push_str(&wrapped(INDENT, INDENT + 2, note));
-        }
-        if let Some(grade) = &data.grade {
-            text.push_str(&wrapped(INDENT, INDENT + 2, &format!("grade: {}", grade.path)));
+        let window = format!("{from:.1} to {to:.1} s, {samples} samples, scored from sample {first}");
+        let lines = [window, format!("sha256 {}", &data.sha256[..16.min(data.sha256.len())])];
+        let grade = data.grade.iter().map(|grade| format!("grade: {}", grade.path));
+        for line in lines.into_iter().chain(data.preparation.iter().cloned()).chain(grade) {
+            text.push_str(&wrapped(INDENT, INDENT + 2, &line));
         }
     }
     if let Some(vehicle) = &result.vehicle {
@@ -233,14 +227,11 @@ fn write_parameters(text: &mut String, result: &ResultFile) -> std::fmt::Result 
         // Bounds of cars with adaptive cruise control, of Table 3 or as requested.
         let acc = result.bounds_from.as_ref().is_some_and(|from| from.starts_with("acc:") && !from.contains("human:"));
         let human = if acc { format!("{BOUNDS} human is for a human driver, and ") } else { String::new() };
-        text.push_str(&wrapped(
-            0,
-            2,
-            &format!(
-                "{AT_BOUND}: the data favour values beyond the bounds or do not determine the parameter; {human}{BOUNDS} FILE.toml widens them \
-                 (docs/FIRST_CALIBRATION.md, \"Bounds for your car\")"
-            ),
-        ));
+        let told = format!(
+            "{AT_BOUND}: the data favour values beyond the bounds or do not determine the parameter; {human}{BOUNDS} FILE.toml widens them \
+             (docs/FIRST_CALIBRATION.md, \"Bounds for your car\")"
+        );
+        text.push_str(&wrapped(0, 2, &told));
     }
     Ok(())
 }
@@ -363,16 +354,24 @@ fn short(x: f64) -> String {
 mod tests {
     use super::*;
 
-    fn table(at_bound: &[&str]) -> String {
-        let result: ResultFile = serde_json::from_value(serde_json::json!({
+    /// A result with these entries.
+    fn result(own: serde_json::Value) -> ResultFile {
+        let mut result = serde_json::json!({
             "schema_version": 1, "program": "", "model_id": 1, "variant": "idm", "convention": "paper", "extensions": [],
             "evaluator": "lanes", "precision": "plain", "adapter": null, "data": [], "vehicle": null, "gof": "nrmse-sva",
-            "optimizer": "ga", "seed": 1, "score": {}, "parameters": {"delta": 10.0, "v_0": 30.5, "a_min": -2.0},
+            "optimizer": "ga", "seed": 1, "score": {}, "at_bound": [], "intervals": {}, "evaluations": 1, "replicates": [], "cv": null
+        });
+        let serde_json::Value::Object(own) = own else { panic!("{own}") };
+        result.as_object_mut().expect("an object").extend(own);
+        serde_json::from_value(result).expect("a result")
+    }
+
+    fn table(at_bound: &[&str]) -> String {
+        let result = result(serde_json::json!({
+            "parameters": {"delta": 10.0, "v_0": 30.5, "a_min": -2.0},
             "units": {"delta": "-", "v_0": "m/s", "a_min": "m/s²"},
-            "bounds": {"delta": [0.1, 10.0], "v_0": [30.0, 35.0], "a_min": [-2.0, -2.0]}, "at_bound": at_bound,
-            "intervals": {}, "evaluations": 1, "replicates": [], "cv": null
-        }))
-        .expect("a result");
+            "bounds": {"delta": [0.1, 10.0], "v_0": [30.0, 35.0], "a_min": [-2.0, -2.0]}, "at_bound": at_bound
+        }));
         let mut text = String::new();
         write_parameters(&mut text, &result).expect("a String takes everything");
         text
@@ -407,15 +406,11 @@ mod tests {
     #[test]
     fn what_to_mind_with_intervals_stands_below_them() {
         let told = |note: &str, parameters: serde_json::Value| {
-            let result: ResultFile = serde_json::from_value(serde_json::json!({
-                "schema_version": 1, "program": "", "model_id": 1, "variant": "idm", "convention": "paper", "extensions": [],
-                "evaluator": "lanes", "precision": "plain", "adapter": null, "data": [], "vehicle": null, "gof": "nrmse-sva",
-                "optimizer": "ga", "seed": 1, "score": {}, "parameters": {"t_h": 1.0}, "units": {"t_h": "s"},
-                "bounds": {"t_h": [0.1, 3.0]}, "at_bound": [], "intervals": {"t_h": [0.9, 1.1]}, "evaluations": 1,
-                "replicates": [], "cv": null, "identifiability": {"confidence": 0.95, "parameters": parameters,
-                "correlation": null, "replicate_range": {}, "evaluations": 1, "note": note}
-            }))
-            .expect("a result");
+            let result = result(serde_json::json!({
+                "parameters": {"t_h": 1.0}, "units": {"t_h": "s"}, "bounds": {"t_h": [0.1, 3.0]}, "intervals": {"t_h": [0.9, 1.1]},
+                "identifiability": {"confidence": 0.95, "parameters": parameters, "correlation": null,
+                "replicate_range": {}, "evaluations": 1, "note": note}
+            }));
             let mut text = String::new();
             let known = result.identifiability.as_ref().expect("it is there");
             write_identifiability(&mut text, &result, known).expect("a String takes everything");
