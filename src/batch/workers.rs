@@ -101,6 +101,17 @@ mod tests {
         given.store(0, Ordering::SeqCst);
         let failed = in_batches(3, &|| false, &next, &work, &mut || {}).expect_err("of one thread");
         assert!(failed.to_string().contains("ulimit -u"));
+        // One panics.
+        let work = |batch: usize, stop: &(dyn Fn() -> bool + Sync)| {
+            assert_ne!(batch, 2, "a panic of one thread");
+            while !stop() {
+                std::thread::yield_now();
+            }
+            Ok::<(), NoThread>(())
+        };
+        given.store(0, Ordering::SeqCst);
+        let panics = || in_batches(3, &|| false, &next, &work, &mut || {});
+        std::panic::catch_unwind(std::panic::AssertUnwindSafe(panics)).expect_err("the panic of a thread");
         given.store(0, Ordering::SeqCst);
         in_batches(3, &|| true, &next, &work, &mut || {}).expect("no batch is taken");
         assert_eq!(given.load(Ordering::SeqCst), 0);

@@ -252,7 +252,7 @@ fn a_base_that_crashes_and_a_likelier_one_are_told_in_text_and_page() {
     assert!(second.contains(crash) && page.matches(crash).count() == 1, "{text}");
     let next = "Next: the same command with --base l-idm+delay";
     assert!(text.contains(next) && page.contains(next), "{text}");
-    assert!(text.contains("agree within 0 m/s"), "{text}");
+    assert!(text.contains("differ by at most 0 m/s"), "{text}");
     // The page marks the same values at their bound as the terminal.
     assert!(text.contains("at its bound") && page.contains("<td>at its bound</td>"), "{text}");
     // Without a crash, no message about one and no key.

@@ -55,7 +55,7 @@ fn on(trained: &[[f64; 2]], one_window: Option<&[f64; 2]>) -> String {
     match (trained, one_window) {
         ([], _) => "on the training files".to_owned(),
         (_, Some([from, to])) => format!("on the training data, {from:.1} to {to:.1} s"),
-        (_, None) => "on whole files, with the data held back".to_owned(),
+        (_, None) => "on whole files, including the held-back data".to_owned(),
     }
 }
 

@@ -47,7 +47,7 @@ pub fn read(path: &Path, most: u64) -> io::Result<Vec<u8>> {
     Ok(bytes)
 }
 
-/// The text of a file. Fails when it is not UTF-8.
+/// The text of a file. Fails as [`read`], and when it is not UTF-8.
 pub fn read_to_string(path: &Path, most: u64) -> io::Result<String> {
     let no_text = |_| io::Error::new(io::ErrorKind::InvalidData, "expected text in UTF-8; is this the right file?");
     String::from_utf8(read(path, most)?).map_err(no_text)

@@ -136,7 +136,7 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
         outcome.verdict = Verdict::Unexplained;
         outcome.reason = "the base model is unsuitable for finding causes; see the notes on it".to_owned();
     }
-    if let Some(why) = answer.tried.not_testable.as_ref().filter(|_| !answer.reacts()) {
+    if let Some(why) = answer.tried.not_testable.as_ref().filter(|_| !answer.reacts) {
         outcome.verdict = Verdict::NotTestable;
         outcome.reason.clone_from(why);
         outcome.causes.clear();

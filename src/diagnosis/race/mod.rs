@@ -37,7 +37,6 @@ use evidence::{Rows, best_over_whole_drives, held, passed_over, table, trained};
 use naming::{named, power, set, simplest};
 use not_followed::stretches;
 use rayon::prelude::*;
-use reaction::no_reaction;
 use rule::checks;
 use std::ops::ControlFlow;
 
@@ -125,6 +124,8 @@ pub struct Answer {
     pub tried: ClosedLoopEntry,
     /// Simulated candidates, over one drive or part each.
     pub simulations: u64,
+    /// False if the car hardly reacts to the car ahead, so that nothing can be named.
+    pub reacts: bool,
     field: Field,
     resamples: Resamples,
 }
@@ -286,10 +287,9 @@ pub fn race(
             Some(format!("{}: no parameters were found that complete the drives", request.base));
         return Ok(answer);
     }
-    answer.tried.reaction = answer.field.reaction(request, &base, &answer.resamples, policy, &watching)?;
+    answer.judge_reaction(request, &base, policy, &watching)?;
     answer.entries.push(base);
-    if !answer.reacts() {
-        answer.tried.not_testable = Some(no_reaction(request.base));
+    if !answer.reacts {
         return Ok(answer);
     }
     watching.show(0.3, "other laws on unseen drives")?;
@@ -342,6 +342,7 @@ fn unjudged(
         power: None,
         tried,
         simulations,
+        reacts: true,
         field,
         resamples,
     }

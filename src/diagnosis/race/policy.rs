@@ -17,8 +17,9 @@ pub struct Policy {
     /// Smallest gain of a name at the middle horizon, as a share of the error of those who have the cause \[-\]: in gusts, a model with a delay predicts the next
     /// seconds some per cent better, because a gust lasts; over a quarter of a minute this gain vanishes.
     pub least_gain: f64,
-    /// Smallest gain of the base over the same law without a car ahead at the shortest horizon, as a share of the error of the speed \[-\]: the lower
-    /// end of its interval. Followers have 0.2 and more; behind the car ahead of another drive, 0.1 at most.
+    /// Smallest gain of the base over the same law without a car ahead at the shortest horizon, as a share of the error of the speed \[-\];
+    /// the lower end of its interval counts. With L-CTH, measured cars and fleets reach 0.2 or more, drives behind the car ahead of another
+    /// drive at most 0.08.
     pub least_reaction: f64,
     /// Largest gain that `power` reports, as a share of the error \[-\]: drives that only show larger ones show nothing.
     pub most_power: f64,

@@ -394,7 +394,8 @@ pub trait Evaluator: Send {
     /// Starts simulating jobs; [`Evaluator::collect`] waits for them. Fails when the evaluator cannot run.
     fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError>;
     /// One score per candidate of the jobs last submitted with this set, in order. Does not allocate after the first call with a given number of
-    /// candidates. Fails unless there is one score per candidate.
+    /// candidates. Fails unless there is one score per candidate, or when the
+    /// evaluator cannot run.
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError>;
     /// Results of the candidates, in the order of the jobs. Fails when the evaluator cannot run.
     fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError>;

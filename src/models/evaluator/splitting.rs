@@ -13,12 +13,12 @@ pub struct Splitting {
 /// Work on a piece of the jobs that begins with this candidate.
 type Each<'a> = dyn FnMut(&mut dyn Evaluator, &[Job<'_>], usize) -> Result<(), EvaluateError> + 'a;
 
-/// Jobs with populations of their own.
+/// Jobs that own their populations.
 #[derive(Default)]
 pub(super) struct OwnJobs(Vec<(usize, Population)>);
 
 impl OwnJobs {
-    /// Copies jobs into the memory of those before.
+    /// Copies jobs, reusing the memory of the previous ones.
     pub(super) fn keep(&mut self, jobs: &[Job<'_>]) {
         self.0.resize_with(jobs.len(), || (0, Population::new(&[])));
         for (kept, job) in self.0.iter_mut().zip(jobs) {

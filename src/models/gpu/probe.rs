@@ -65,7 +65,7 @@ struct Trap {
     name: &'static str,
     body: &'static str,
     inputs: &'static [f32],
-    /// Whether the outputs are as in the standard.
+    /// True if the outputs conform to the standard.
     good: fn(&[u32]) -> bool,
     /// The status if they are not.
     otherwise: ProbeStatus,

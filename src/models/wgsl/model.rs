@@ -33,7 +33,8 @@ pub fn law_file(model: &str) -> Option<(&str, &str)> {
     Some(model.split_at(end))
 }
 
-/// Reads a law; messages use `file`, and the law is named after it, without folder and ending. Fails for an extension.
+/// Reads a law; messages use `file`, and the law is named after it, without folder and ending. Fails for an
+/// extension, and for an invalid text.
 pub fn read_law(file: &str, text: &str) -> Result<&'static Extension, ModelError> {
     let read = read_extension(file, text)?;
     let no_law = || ModelError::NoLaw { file: file.to_owned(), name: read.name.clone() };

@@ -3,7 +3,7 @@
 use super::short::parameter;
 use crate::diagnose::Verdict;
 use crate::report::text::wrapped;
-use crate::result::diagnosis::recommended::{ClosedLoopEntry, Trial};
+use crate::result::diagnosis::recommended::Trial;
 use crate::result::diagnosis::{CauseEntry, NotTriedEntry, Outcome};
 use crate::symbols::Symbol;
 use crate::text::option::BASE;
@@ -15,8 +15,9 @@ use std::fmt::{Result, Write};
 const SHOWN: usize = 4;
 
 /// The models of the race that gain most.
-pub(super) fn race(text: &mut String, race: &ClosedLoopEntry) -> Result {
-    if let Some(why) = &race.not_testable {
+pub(super) fn race(text: &mut String, outcome: &Outcome) -> Result {
+    let race = &outcome.closed_loop;
+    if let Some(why) = race.not_testable.as_ref().filter(|why| **why != outcome.reason) {
         text.push_str(&wrapped(0, 2, &format!("No extension was tried on unseen drives: {why}.")));
     }
     let mut trials: Vec<&Trial> = race.trials.iter().collect();

@@ -7,6 +7,7 @@ use crate::race::loss::BIN_S;
 use crate::result::diagnosis::recommended::{ClosedLoopGain, Power, Recommended, RecommendedCause, Trial, Why};
 use crate::result::diagnosis::{CauseEntry, FleetEntry, Outcome, ParameterEntry, ShareEntry};
 use crate::text::option::GRADE;
+use crate::text::shown::counted;
 use crate::wgsl::library;
 
 fn base(outcome: &Outcome) -> &str {
@@ -178,7 +179,6 @@ pub fn fleet_in_words(fleet: &FleetEntry) -> String {
         None => String::new(),
         Some([place, why]) => format!(" {} more cannot be used; the first: {place}: {why}.", unusable.len()),
     };
-    let counted = |count: usize, word: &str| format!("{count} {word}{}", if count == 1 { "" } else { "s" });
     // Minutes without digits would show a short drive as 0.
     let digits = usize::from(*minutes < 10.0);
     format!("{} of {}, {minutes:.digits$} minutes.{without}", counted(*drives, "drive"), counted(*drivers, "driver"))

@@ -67,7 +67,7 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
         text.push_str(&wrapped(0, 2, &acceleration(missing)));
     }
     heading(text, "3. What explains it?");
-    causes::race(text, &outcome.closed_loop)?;
+    causes::race(text, outcome)?;
     causes::verdict(text, outcome)?;
     heading(text, "4. The model with it");
     models(text, outcome, beside.again.as_ref())?;
@@ -118,7 +118,7 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
         text.push_str(&format!("Files not listed: {}, with faults: {faulty}\n", more.len()));
     }
     if let Some(rms) = data.iter().filter_map(|entry| entry.gap_rate_rms_mps).max_by(f64::total_cmp) {
-        text.push_str(&format!("Spacing and speeds agree within {} m/s (rms over 1 s).\n", small(rms)));
+        text.push_str(&format!("Spacing and speeds differ by at most {} m/s (rms over 1 s).\n", small(rms)));
     }
     if !shared.is_empty() {
         text.push_str("All drives:\n");

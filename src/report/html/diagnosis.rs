@@ -106,7 +106,7 @@ fn data(page: &mut Page, outcome: &Outcome) {
 fn causes(page: &mut Page, outcome: &Outcome) {
     page.section("causes", "What explains it?");
     page.paragraph(&format!("Reason: {}.", outcome.reason));
-    if let Some(why) = &outcome.closed_loop.not_testable {
+    if let Some(why) = outcome.closed_loop.not_testable.as_ref().filter(|why| **why != outcome.reason) {
         page.paragraph(&format!("No extension was tried on unseen drives: {why}."));
     }
     if !outcome.closed_loop.trials.is_empty() {

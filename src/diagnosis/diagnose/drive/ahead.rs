@@ -9,20 +9,25 @@ const BRAKING: f64 = 2.0;
 const BEFORE_S: f64 = 60.0;
 /// Time for which it stands \[s\]: the car behind it has stopped by then, even with weak control gains.
 const STANDING_S: f64 = 60.0;
-/// Distance of a car ahead that no law reacts to \[m\].
+/// Distance of a car ahead at which a law drives freely \[m\].
 const AWAY_M: f64 = 1e4;
 
 impl Drive {
-    /// This drive without a car ahead: it is far away, at the follower's speed.
+    /// This drive without a car ahead: it is far away, at the follower's mean speed, so that it tells nothing of the moment.
     #[must_use]
     pub fn alone(&self) -> Drive {
         let mut drive = self.clone();
         let own = &mut drive.trajectory;
-        own.v_l.clone_from(&own.v_f);
-        own.x_l = integrate(own.x_l[0] + AWAY_M, &own.v_l, own.dt);
-        let spacing = own.s[0] + AWAY_M;
-        own.s.fill(spacing);
-        own.x_f = own.x_l.iter().zip(&own.s).map(|(x_l, s)| x_l - s).collect();
+        let mean = own.v_f.iter().sum::<f64>() / own.v_f.len() as f64;
+        for speed in [Some(&mut own.v_l), own.v_l2.as_mut()].into_iter().flatten() {
+            speed.fill(mean);
+        }
+        own.x_f = integrate(0.0, &own.v_f, own.dt);
+        own.x_l = integrate(AWAY_M, &own.v_l, own.dt);
+        own.s = own.x_l.iter().zip(&own.x_f).map(|(x_l, x_f)| x_l - x_f).collect();
+        if let Some(s_l2) = &mut own.s_l2 {
+            s_l2.fill(AWAY_M);
+        }
         drive.v_l_measured.clone_from(&own.v_l);
         drive
     }
