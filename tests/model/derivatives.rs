@@ -47,6 +47,21 @@ fn cost(lanes: &Lanes, space: &SearchSpace, candidates: &[Vec<f64>], pull: Pull)
     scores.into_iter().map(cost).collect()
 }
 
+/// Searches see every third sample of a drive at 10 Hz, and no fewer than requested.
+#[test]
+fn longer_steps_take_some_samples() {
+    let Some(trajectory) = tesla("longer_steps_take_some_samples") else { return };
+    let (case, _) = case_of(&trajectory, "idm+delay", Convention::PAPER);
+    let coarse = case.in_steps(0.3, 100);
+    assert!((coarse.dt - 3.0 * case.dt).abs() < 1e-12);
+    assert_eq!(coarse.s.len(), case.s.len().div_ceil(3));
+    assert_eq!((coarse.s[50], coarse.x_l[50], coarse.v_f[50]), (case.s[150], case.x_l[150], case.v_f[150]));
+    assert_eq!(coarse.a_f[50], (case.v_f[150] - case.v_f[147]) / coarse.dt);
+    let half = case.s.len() / 2;
+    assert_eq!(case.in_steps(0.3, half).s.len(), case.s.len().div_ceil(2));
+    assert_eq!(coarse.in_steps(0.3, 1).s, coarse.s);
+}
+
 /// Sums over bins are those of the samples, and the mean acceleration is a difference of speeds.
 #[test]
 fn sums_over_bins_are_those_of_the_samples() {

@@ -53,7 +53,8 @@ pub(super) fn run(
         let ground = ground.as_ref().expect("there are groups");
         homotopy::search(ground, &own, settings, around, &|k, told| tell(group[k], told))
     };
-    let ended: Vec<Vec<Ended>> = groups.par_iter().map(begin).collect::<Result<_, _>>()?;
+    // A single group would run outside the pool, and enter it for every stretch of samples.
+    let ended: Vec<Vec<Ended>> = rayon::scope(|_| groups.par_iter().map(begin).collect::<Result<_, _>>())?;
     let mut begun: Vec<Option<Ended>> = tasks.iter().map(|_| None).collect();
     for (i, ended) in groups.iter().flat_map(|group| *group).zip(ended.into_iter().flatten()) {
         begun[*i] = Some(ended);

@@ -13,6 +13,12 @@ const DAMPINGS: [f64; 6] = [1e-7, 1e-4, 1e-2, 1e-1, 1.0, 30.0];
 const MAJORANTS: usize = 1;
 /// Points tried in an iteration.
 const TRIES: usize = DAMPINGS.len() + MAJORANTS;
+/// All of them.
+const ALL: [usize; TRIES] = [0, 1, 2, 3, 4, 5, 6];
+/// Those tried first where a simulation costs more than a request: the others follow if these gain less than a share of the promise.
+pub(super) const USUALLY: [usize; 2] = [1, 2];
+/// Share of the promise that the first points have to gain: with less, a better damping is likely.
+const FULFILLED: f64 = 0.25;
 /// The best factor: an iteration in which another one was better moves the damping towards it.
 const USUAL: f64 = 1e-2;
 /// Factor on the damping after an iteration without gain.
@@ -65,6 +71,11 @@ impl Walker {
         Walker { place, cost: f64::INFINITY, promise: f64::INFINITY, damping: 1.0, idle: 0, stands: false }
     }
 
+    /// Ends its descent.
+    pub fn stop(&mut self) {
+        self.stands = true;
+    }
+
     /// True if it has met another point that is no worse.
     pub fn has_met(&self, other: &Walker) -> bool {
         let behind = self.cost - other.cost;
@@ -98,6 +109,12 @@ impl Walker {
         (steps.iter().map(place).collect(), promise)
     }
 
+    /// True if one of the tried points gains about as much as derivatives promise.
+    fn is_fulfilled(&self, costs: &[f64]) -> bool {
+        let gain = self.cost - costs.iter().copied().fold(f64::INFINITY, f64::min);
+        gain > 0.0 && gain >= FULFILLED * self.promise
+    }
+
     /// Moves to the best of the tried points.
     fn take(&mut self, tried: &[Vec<f64>], costs: &[f64], tolerance: f64) {
         let best = (0..costs.len()).min_by(|a, b| costs[*a].total_cmp(&costs[*b])).expect("steps");
@@ -113,6 +130,13 @@ impl Walker {
         self.idle = if gain > tolerance * self.cost { 0 } else { self.idle + 1 };
         self.stands = self.idle >= IDLE || self.damping > STUCK;
     }
+}
+
+/// A point in an iteration: the points to try, and their costs, infinite until they are known.
+struct Trying<'a> {
+    walker: &'a mut Walker,
+    tried: Vec<Vec<f64>>,
+    costs: Vec<f64>,
 }
 
 /// Number of simulations of an iteration at one point with this many coordinates.
@@ -154,6 +178,9 @@ pub trait Surface {
 pub(super) trait Shared {
     type Error;
 
+    /// The points of an iteration that are tried first.
+    const FIRST: &'static [usize];
+
     fn dimensions(&self) -> usize;
 
     async fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, Self::Error>;
@@ -163,6 +190,8 @@ pub(super) trait Shared {
 
 impl<S: Surface> Shared for S {
     type Error = S::Error;
+
+    const FIRST: &'static [usize] = &ALL;
 
     fn dimensions(&self) -> usize {
         self.dimensions()
@@ -211,7 +240,7 @@ pub(super) async fn descend_on<S: Shared>(
         }
         let places: Vec<&Vec<f64>> = going.iter().map(|walker| &walker.place).collect();
         let slopes = objective.slopes(&places, held, course.pull).await?;
-        let mut trying: Vec<(&mut Walker, Vec<Vec<f64>>)> = Vec::new();
+        let mut trying: Vec<Trying> = Vec::new();
         for (walker, slopes) in going.into_iter().zip(&slopes) {
             if !slopes.cost.is_finite() {
                 walker.stands = true;
@@ -221,19 +250,33 @@ pub(super) async fn descend_on<S: Shared>(
             (walker.cost, walker.promise) = (slopes.cost, promise);
             walker.stands = promise <= PROMISED * course.tolerance * slopes.cost;
             if !walker.stands {
-                trying.push((walker, tried));
+                trying.push(Trying { walker, costs: vec![f64::INFINITY; tried.len()], tried });
             }
         }
         if trying.is_empty() {
             continue;
         }
-        let all: Vec<Vec<f64>> = trying.iter().flat_map(|(_, places)| places).cloned().collect();
-        if !watch.spend(all.len()) {
-            break;
+        let others: Vec<usize> = ALL.into_iter().filter(|k| !S::FIRST.contains(k)).collect();
+        let mut goes_on = true;
+        for which in [S::FIRST, &others] {
+            let mut open: Vec<&mut Trying> =
+                trying.iter_mut().filter(|trying| !trying.walker.is_fulfilled(&trying.costs)).collect();
+            let places: Vec<Vec<f64>> =
+                open.iter().flat_map(|trying| which.iter().map(|k| trying.tried[*k].clone())).collect();
+            goes_on = places.is_empty() || watch.spend(places.len());
+            if places.is_empty() || !goes_on {
+                break;
+            }
+            let costs = objective.costs(&places, course.pull).await?;
+            for (trying, costs) in open.iter_mut().zip(costs.chunks(which.len())) {
+                which.iter().zip(costs).for_each(|(k, cost)| trying.costs[*k] = *cost);
+            }
         }
-        let costs = objective.costs(&all, course.pull).await?;
-        for ((walker, tried), costs) in trying.iter_mut().zip(costs.chunks(TRIES)) {
-            walker.take(tried, costs, course.tolerance);
+        for Trying { walker, tried, costs } in trying {
+            walker.take(&tried, &costs, course.tolerance);
+        }
+        if !goes_on {
+            break;
         }
         watch.turned(&mut walkers);
     }

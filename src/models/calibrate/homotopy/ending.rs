@@ -2,7 +2,7 @@
 
 use super::descent::{Course, Shared, Walker, Watch, descend_on};
 use super::record::{LAST, Record};
-use super::{AGREEMENT, FLOOR, Search};
+use super::{FLOOR, Search};
 use crate::calibrate::search::NEAR;
 use crate::calibrate::{CalibrateError, StopReason, merit};
 use crate::convention::Delay;
@@ -14,6 +14,8 @@ use nalgebra::{DMatrix, DVector};
 
 /// Largest ratio of the cost of a point to the best one for the point to continue to the end.
 const BEHIND: f64 = 1.05;
+/// A point whose cost lies below that of a basin by more than this share has not met it.
+const AHEAD: f64 = 3e-4;
 /// Softness of collisions on the way, and then of those that remain. An optimum often lies at a collision. The price is low at first, so that
 /// the penalty balances the score well inside the shortfall, where derivatives include it.
 const SOFT: [Soft; 7] = [
@@ -34,7 +36,7 @@ const EDGE_COST: f64 = 1e-4;
 /// Gain of an iteration, as a share of the cost, below which a descent has converged at its end.
 const FINE: f64 = 1e-6;
 /// An unfulfilled promise of the derivatives, as a share of the score: below it a point is an optimum, above it a polish follows.
-const PROMISE: f64 = 1e-5;
+const PROMISE: f64 = 1e-4;
 /// Rise of the score, as a share of it, to the points from which a polish at an edge starts, and their number per parameter.
 const EDGE: f64 = 1e-4;
 const EDGES: usize = 4;
@@ -69,15 +71,24 @@ struct Ending {
     held: Vec<usize>,
 }
 
+/// The score of the basin that a point has met, if any.
+pub fn met(basins: &[Basin], walker: &Walker) -> Option<f64> {
+    let basins = basins.iter().filter(|basin| {
+        let ahead = basin.entry.cost - walker.cost;
+        ahead <= AHEAD * basin.entry.cost && walker.has_met(&basin.entry)
+    });
+    basins.map(|basin| basin.end.score).min_by(f64::total_cmp)
+}
+
 impl Search<'_> {
     /// Continues from the best points to the end: collisions become hard, delays whole if the convention has whole ones. Returns the lowest
     /// exact score.
     pub(super) async fn finish(&mut self, walkers: Vec<Walker>, most: usize) -> Result<f64, CalibrateError> {
         let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(f64::INFINITY) };
         let near = |walker: &Walker| self.record.stopped.is_some() || walker.cost <= best * BEHIND;
-        let (met, entries): (Vec<Walker>, Vec<Walker>) =
-            walkers.into_iter().filter(near).take(most).partition(|walker| self.met(walker).is_some());
-        let mut lowest = met.iter().filter_map(|walker| self.met(walker)).fold(f64::INFINITY, f64::min);
+        let (known, entries): (Vec<Walker>, Vec<Walker>) =
+            walkers.into_iter().filter(near).take(most).partition(|walker| met(&self.basins, walker).is_some());
+        let mut lowest = known.iter().filter_map(|walker| met(&self.basins, walker)).fold(f64::INFINITY, f64::min);
         let mut walkers = entries.clone();
         for (level, soft) in SOFT.into_iter().enumerate() {
             let places: Vec<Vec<f64>> = walkers.iter().map(|walker| walker.place.clone()).collect();
@@ -114,15 +125,6 @@ impl Search<'_> {
         }
         self.compare_with_target()?;
         Ok(lowest)
-    }
-
-    /// The score of the basin that a point has met, if any.
-    fn met(&self, walker: &Walker) -> Option<f64> {
-        let basins = self.basins.iter().filter(|basin| {
-            let ahead = basin.entry.cost - walker.cost;
-            ahead <= AGREEMENT * basin.entry.cost && walker.has_met(&basin.entry)
-        });
-        basins.map(|basin| basin.end.score).min_by(f64::total_cmp)
     }
 
     /// Refines the best basin by scores alone, if derivatives still promise a gain.

@@ -1,8 +1,8 @@
 //! Objective of a search by derivatives, in coordinates from 0 to 1.
 
-use super::Ground;
-use super::descent::Shared;
+use super::descent::{Shared, USUALLY};
 use super::together::{How, Queue};
+use super::{Detail, Ground};
 use crate::calibrate::SearchSpace;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Pull, Score, Slopes, shares};
 use crate::lanes::{Differences, Lanes};
@@ -18,7 +18,7 @@ pub const DIFFERENCE: f64 = 1e-6;
 pub struct Objective<'a> {
     lanes: &'a Lanes,
     queue: &'a Queue,
-    exact: bool,
+    detail: Detail,
     cases: Range<usize>,
     space: &'a SearchSpace,
     free: Vec<usize>,
@@ -29,12 +29,12 @@ impl<'a> Objective<'a> {
     pub fn new(
         ground: &'a Ground,
         queue: &'a Queue,
-        exact: bool,
+        detail: Detail,
         cases: Range<usize>,
         space: &'a SearchSpace,
     ) -> Objective<'a> {
-        let (lanes, free, bounds) = (ground.lanes(exact), space.free(), space.search_box(true));
-        Objective { lanes, queue, exact, cases, space, free, bounds }
+        let (lanes, free, bounds) = (ground.lanes(detail), space.free(), space.search_box(true));
+        Objective { lanes, queue, detail, cases, space, free, bounds }
     }
 
     /// The cases of the score.
@@ -67,7 +67,7 @@ impl<'a> Objective<'a> {
     }
 
     fn how(&self, pull: Pull) -> How {
-        How { exact: self.exact, cases: self.cases.clone(), pull }
+        How { detail: self.detail, cases: self.cases.clone(), pull }
     }
 
     /// Scores of points, and the mean of their squared shortfalls over the cases \[m²\].
@@ -94,6 +94,8 @@ impl<'a> Objective<'a> {
 
 impl Shared for Objective<'_> {
     type Error = EvaluateError;
+
+    const FIRST: &'static [usize] = &USUALLY;
 
     fn dimensions(&self) -> usize {
         self.free.len()

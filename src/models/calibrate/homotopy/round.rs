@@ -2,7 +2,7 @@
 
 use super::Search;
 use super::descent::{APART, Course, Shared, Walker, Watch, descend_on, turn};
-use super::ending::pulled;
+use super::ending::{Basin, met, pulled};
 use super::record::Record;
 use crate::calibrate::CalibrateError;
 use crate::evaluator::Pull;
@@ -43,8 +43,8 @@ pub enum Kind {
     Homotopy,
 }
 
-/// Ends points that have met a better one.
-struct Merging<'r, 'a>(&'r mut Record<'a>);
+/// Removes points that have met a better one, and stops those that have entered one of these basins.
+struct Merging<'r, 'a>(&'r mut Record<'a>, &'r [Basin]);
 
 impl Watch for Merging<'_, '_> {
     fn spend(&mut self, simulations: usize) -> bool {
@@ -53,6 +53,7 @@ impl Watch for Merging<'_, '_> {
 
     fn turned(&self, walkers: &mut Vec<Walker>) {
         *walkers = merged(std::mem::take(walkers));
+        walkers.iter_mut().filter(|walker| met(self.1, walker).is_some()).for_each(Walker::stop);
     }
 }
 
@@ -81,7 +82,8 @@ impl Search<'_> {
         let mut walkers = Vec::new();
         for (turns, kept) in DIRECT {
             let course = Course { pull, turns, tolerance: ROUGH };
-            let next = merged(descend_on(&self.smooth, starts, &[], course, &mut Merging(&mut self.record)).await?);
+            let mut watch = Merging(&mut self.record, &self.basins);
+            let next = merged(descend_on(&self.coarse, starts, &[], course, &mut watch).await?);
             if next.is_empty() {
                 break;
             }
@@ -97,14 +99,16 @@ impl Search<'_> {
         let mut starts = self.best_starts(places, pulled(LEVELS[0]), PULLED).await?;
         for share in LEVELS {
             let course = Course { pull: pulled(share), turns: TURNS, tolerance: ROUGH };
-            let walkers = merged(descend_on(&self.smooth, starts, &[], course, &mut Merging(&mut self.record)).await?);
+            let mut watch = Merging(&mut self.record, &[]);
+            let walkers = merged(descend_on(&self.coarse, starts, &[], course, &mut watch).await?);
             let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(walkers) };
             let weak = usize::from(share <= WEAK);
             let near = walkers.into_iter().filter(|walker| walker.cost <= best * BEHIND[weak]);
             starts = near.map(|walker| walker.place).collect();
         }
         let course = Course { pull: pulled(0.0), turns: FREE_TURNS, tolerance: ROUGH };
-        Ok(descend_on(&self.smooth, starts, &[], course, &mut Merging(&mut self.record)).await?)
+        let mut watch = Merging(&mut self.record, &self.basins);
+        Ok(descend_on(&self.coarse, starts, &[], course, &mut watch).await?)
     }
 
     /// The best distinct points, at most this many and as many as there are evaluations to improve them for some iterations; none if there are
@@ -118,7 +122,7 @@ impl Search<'_> {
         if !self.record.spend(places.len()) {
             return Ok(Vec::new());
         }
-        let costs = self.smooth.costs(places, pull).await?;
+        let costs = self.coarse.costs(places, pull).await?;
         let left = self.record.settings.stop.max_evaluations.saturating_sub(self.record.evaluations) as usize;
         let affordable = (left / (SOME_TURNS * turn(self.smooth.dimensions()))).clamp(1, most);
         Ok(best_apart(places, &costs, affordable))

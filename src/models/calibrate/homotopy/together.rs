@@ -4,7 +4,7 @@
 //! to its next request, then all requests of a kind are simulated together. A lane does not depend on its neighbours, so results are those of
 //! each search alone.
 
-use super::Ground;
+use super::{Detail, Ground};
 use crate::evaluator::{EvaluateError, Job, Population, Pull, Score, Slopes};
 use crate::lanes::Differences;
 use crate::symbols::Symbol;
@@ -22,8 +22,7 @@ const CANDIDATES: usize = 128;
 /// How candidates are simulated.
 #[derive(Debug, Clone, PartialEq)]
 pub struct How {
-    /// True for the convention's own delays.
-    pub exact: bool,
+    pub detail: Detail,
     pub cases: Range<usize>,
     pub pull: Pull,
 }
@@ -97,7 +96,7 @@ impl Queue {
 fn scores_of(ground: &Ground, how: &How, requests: Vec<Request>) -> Result<(), EvaluateError> {
     let mut population = Population::new(&requests[0].symbols);
     requests.iter().flat_map(|request| &request.candidates).for_each(|candidate| population.push(candidate));
-    let lanes = ground.lanes(how.exact);
+    let lanes = ground.lanes(how.detail);
     let of = |case: usize| lanes.pulled(&Job { case, population: &population }, how.pull);
     let by_case: Vec<_> = how.cases.clone().into_par_iter().map(of).collect::<Result<_, _>>()?;
     let mut from = 0;
@@ -129,7 +128,7 @@ fn slopes_of(ground: &Ground, how: &How, requests: Vec<Request>) -> Result<(), E
             own.iter().for_each(|candidate| population.push(candidate));
         }
     }
-    let lanes = ground.lanes(how.exact);
+    let lanes = ground.lanes(how.detail);
     let of = |case: usize| -> Result<Vec<Slopes>, EvaluateError> {
         let of_part = |(population, differences): &(Population, Vec<Differences>)| {
             lanes.slopes(&Job { case, population }, differences, how.pull)

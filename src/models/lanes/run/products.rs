@@ -126,7 +126,8 @@ impl<'a> Products<'a> {
         for (bin, range) in ranges {
             let place = self.place(*bin, signal);
             let differences = &self.stretch[range.start * width..range.end * width];
-            Arch::new().dispatch(Add { sums: &mut self.sums[place], differences, width });
+            let rows = self.of.steps.len() + 1;
+            Arch::new().dispatch(Add { sums: &mut self.sums[place], differences, width, rows });
         }
     }
 
@@ -201,6 +202,8 @@ struct Add<'a> {
     sums: &'a mut [f64],
     differences: &'a [f64],
     width: usize,
+    /// Rows that are needed: one more than coordinates.
+    rows: usize,
 }
 
 // Explicit vectors, because the compiler vectorises loops for the oldest processor, if at all. Every sum runs from sample to sample, and no
@@ -236,25 +239,43 @@ impl WithSimd for Add<'_> {
     type Output = ();
 
     #[inline(always)]
-    fn with_simd<S: Simd>(self, simd: S) {
+    fn with_simd<S: Simd>(mut self, simd: S) {
+        for block in 0..self.width / STRIDE {
+            match self.rows - block * STRIDE {
+                1 => self.add_rows::<S, 1>(simd, block),
+                2 => self.add_rows::<S, 2>(simd, block),
+                3 => self.add_rows::<S, 3>(simd, block),
+                4 => self.add_rows::<S, 4>(simd, block),
+                5 => self.add_rows::<S, 5>(simd, block),
+                6 => self.add_rows::<S, 6>(simd, block),
+                7 => self.add_rows::<S, 7>(simd, block),
+                _ => self.add_rows::<S, STRIDE>(simd, block),
+            }
+        }
+    }
+}
+
+impl Add<'_> {
+    /// The first rows of a block of [`STRIDE`], from the diagonal on.
+    #[inline(always)]
+    fn add_rows<S: Simd, const ROWS: usize>(&mut self, simd: S, block: usize) {
         let (lanes, width) = (S::F64_LANES, self.width);
+        let rows = &mut self.sums[block * STRIDE * width..(block + 1) * STRIDE * width];
         // Tiles of as many sums as fit into registers.
-        for (block, rows) in self.sums.chunks_exact_mut(STRIDE * width).enumerate() {
-            for column in block * STRIDE / lanes..width / lanes {
-                let mut tile = [simd.splat_f64s(0.0); STRIDE];
-                for (sums, row) in tile.iter_mut().zip(rows.chunks_exact(width)) {
-                    *sums = S::as_simd_f64s(row).0[column];
+        for column in block * STRIDE / lanes..width / lanes {
+            let mut tile = [simd.splat_f64s(0.0); ROWS];
+            for (sums, row) in tile.iter_mut().zip(rows.chunks_exact(width)) {
+                *sums = S::as_simd_f64s(row).0[column];
+            }
+            for differences in self.differences.chunks_exact(width) {
+                let d_j = S::as_simd_f64s(differences).0[column];
+                let own: &[f64; STRIDE] = &differences.as_chunks().0[block];
+                for (sums, d_i) in tile.iter_mut().zip(own) {
+                    *sums = simd.add_f64s(*sums, simd.mul_f64s(simd.splat_f64s(*d_i), d_j));
                 }
-                for differences in self.differences.chunks_exact(width) {
-                    let d_j = S::as_simd_f64s(differences).0[column];
-                    let own: &[f64; STRIDE] = &differences.as_chunks().0[block];
-                    for (sums, d_i) in tile.iter_mut().zip(own) {
-                        *sums = simd.add_f64s(*sums, simd.mul_f64s(simd.splat_f64s(*d_i), d_j));
-                    }
-                }
-                for (sums, row) in tile.iter().zip(rows.chunks_exact_mut(width)) {
-                    S::as_mut_simd_f64s(row).0[column] = *sums;
-                }
+            }
+            for (sums, row) in tile.iter().zip(rows.chunks_exact_mut(width)) {
+                S::as_mut_simd_f64s(row).0[column] = *sums;
             }
         }
     }
