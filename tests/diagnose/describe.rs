@@ -315,6 +315,23 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
     }
 }
 
+/// Drives in which nothing can be tested say why at once, and only once more beside the verdict.
+#[test]
+fn the_reason_why_nothing_can_be_tested_comes_first() {
+    let why = "hardly any reaction; check which car is ahead";
+    let closed_loop = serde_json::json!({"bins": 90, "parts": [4, 4], "policy": {}, "trials": [], "not_testable": why});
+    let [text, page] = said(&outcome(serde_json::json!({
+        "verdict": "not_testable", "reason": why, "closed_loop": closed_loop, "causes": []
+    })));
+    assert!(
+        text.starts_with(&format!("In short These data do not show what idm+delay lacks: {why}. 1. Are")),
+        "{text}"
+    );
+    // What follows the page is the result, as JSON.
+    let page = page.split("<script").next().expect("text");
+    assert_eq!([text.matches(why).count(), page.matches(why).count()], [2, 2], "{text}");
+}
+
 /// A rival is listed beside the cause that it could replace; if a file does not name that cause, beside the first.
 #[test]
 fn a_rival_stands_beside_its_own_cause() {

@@ -61,14 +61,18 @@ fn verdict(outcome: &Outcome) -> String {
     match outcome.verdict {
         Verdict::Named | Verdict::Ambiguous => named(),
         Verdict::Nothing => format!("No cause was found that {base} lacks.{}", unexplained(outcome)),
-        // Of a fleet, this verdict means that nothing was tried.
-        Verdict::NotTestable => {
-            let more = if outcome.fleet.is_none() { unexplained(outcome) } else { String::new() };
-            format!("These data do not show what {base} lacks.{more}")
+        Verdict::NotTestable if is_untried(outcome) => {
+            format!("These data do not show what {base} lacks: {}.", outcome.reason)
         }
+        Verdict::NotTestable => format!("These data do not show what {base} lacks.{}", unexplained(outcome)),
         Verdict::Unexplained => format!("{base} errs, and no built-in cause explains why.{}", unexplained(outcome)),
         Verdict::BadBase => format!("{base} does not fit these drives, so no cause can be identified."),
     }
+}
+
+/// True if the reason of the verdict is that no extension could be tried.
+fn is_untried(outcome: &Outcome) -> bool {
+    outcome.closed_loop.not_testable.as_ref() == Some(&outcome.reason)
 }
 
 /// The unexplained acceleration of the base: its size, its duration, and whether it belongs to places of the road; and the causes that
@@ -233,6 +237,7 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
             Some(format!("Whole drives cannot test an effect that occurs only once: do not use {it} for other drives."))
         }
         (None, Some(why)) if is_named => Some(format!("Whole drives could not test {it}: {why}.")),
+        (None, Some(_)) if is_untried(outcome) => None,
         (None, Some(why)) => Some(format!("Whether an extension follows unseen drives better was not tested: {why}.")),
         (None, None) if outcome.closed_loop.bins == 0 => None,
         (None, None) if is_named => Some(format!("Do not use {it} yet{}.", why_not(outcome))),
