@@ -15,7 +15,7 @@ const NEARLY_ALL: f64 = 0.999;
 
 /// The scenario with each effect of a follower (1 drives behind the platoon leader) scaled so that it alone changes that follower's speed by `rms`
 /// \[m/s\] (root mean square over the drive), with everything else at its true value. Fails if an effect cannot change this drive by that
-/// amount, otherwise as [`run`].
+/// amount, otherwise as a run.
 /// Panics for an unknown follower.
 pub fn at_amplitude(scenario: &Scenario, follower: usize, rms: f64) -> Result<Scenario, SyntheticError> {
     let mut quiet = Scenario { noise: Noise::NONE, ..scenario.clone() };
