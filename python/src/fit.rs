@@ -103,7 +103,7 @@ impl Fit {
         of_result(slf, "evaluations")
     }
 
-    /// Correlations of the parameters among candidates that are nearly as good as the best, as a pandas DataFrame; None if the search found too few.
+    /// Correlations between the errors of the parameters, as a pandas DataFrame; None without intervals.
     #[getter]
     fn correlation<'py>(slf: &Bound<'py, Self>) -> PyResult<Bound<'py, PyAny>> {
         of_result(slf, "correlation")

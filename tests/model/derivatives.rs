@@ -212,24 +212,6 @@ fn replicates_that_share_blocks_end_as_each_alone() {
     assert_eq!(together[2..3], on(1, 2..3));
 }
 
-/// Candidates around the best one show correlations, which nothing reads of many tasks.
-#[test]
-fn only_calibrations_with_intervals_look_around() {
-    let Some(trajectory) = tesla("only_calibrations_with_intervals_look_around") else { return };
-    let (case, space) = case_of(&trajectory, "idm", Convention::AUTHORS);
-    let gof = "nrmse-sva".parse().expect("a measure");
-    let mut lanes = Lanes::new(vec![case], gof, LanesPrecision::F64).expect("lanes");
-    let settings = Calibration::default();
-    let task = Task { space: &space, cases: 0..1, number: 0 };
-    let each = calibrate_each(&mut lanes, &[task], &settings, &mut |_, _| ControlFlow::Continue(())).expect("runs");
-    let each = each.into_iter().next().expect("one task").expect("feasible");
-    let alone = calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(())).expect("runs").remove(0);
-    assert_eq!((each.score, &each.candidate, each.stop), (alone.score, &alone.candidate, alone.stop));
-    // Correlations need ten candidates per parameter.
-    assert!(alone.near.len() > each.near.len() + 10 * space.free().len(), "{} {}", alone.near.len(), each.near.len());
-    assert!(each.evaluations < alone.evaluations, "{} {}", each.evaluations, alone.evaluations);
-}
-
 /// A soft run of Gipps pays for a negative radicand, and for nothing else where it keeps its distance.
 #[test]
 fn a_negative_radicand_costs() {

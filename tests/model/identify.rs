@@ -5,7 +5,7 @@ use leadlag::internal::calibrate::{Calibration, Overrides, SearchSpace, Stop, ca
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
 use leadlag::internal::evaluator::{Case, Evaluator};
-use leadlag::internal::identify::{Identifiability, Knowledge, correlation, identify};
+use leadlag::internal::identify::{Identifiability, Knowledge, identify};
 use leadlag::internal::lanes::{Lanes, LanesPrecision};
 use leadlag::internal::optimize::stream;
 use leadlag::internal::score::GoodnessOfFit;
@@ -158,23 +158,16 @@ fn a_candidate_beside_the_minimum_is_called_so() {
 
 /// Desired spacing is d_0 + t_h v: if speeds vary little, one compensates for the other.
 #[test]
-fn near_optimal_candidates_show_what_makes_up_for_what() {
+fn correlations_show_what_compensates_for_what() {
     let trajectory = drive(1500, 0.2, 5);
-    let variant = Variant::from_id(1).expect("the IDM");
-    let fixed = [("delta", 0), ("v_0", 1), ("a_max", 4), ("a_min", 5)];
-    let overrides: Overrides = fixed.map(|(name, k)| (name.to_owned(), [TRUTH[k]; 2])).into();
-    let space = SearchSpace::new(&variant, None, Convention::PAPER, &overrides).expect("bounds in order");
-    let case = Case::new(&trajectory, variant, None, Convention::PAPER, 0.0).expect("a drive");
-    let mut lanes = Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::Plain).expect("lanes");
+    let (_, _, lanes, space) = known(&trajectory, &[("t_h", [0.3, 3.0]), ("d_0", [0.5, 6.0])], 1);
     let settings = Calibration { stop: Stop { max_evaluations: 3000, ..Stop::default() }, ..Calibration::default() };
+    let mut lanes = lanes;
     let found = calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(())).expect("feasible");
-    let best = found[0].score;
-    let (matrix, candidates) = correlation(&found, &space.free(), best, 0.01 * best).expect("many are near");
-    assert!(candidates >= 20);
+    let matrix = identify(&lanes, &space, &found[0].candidate, &mut || false).expect("lanes").correlation;
     assert_eq!((matrix[0][0], matrix[1][1]), (1.0, 1.0));
     assert_eq!(matrix[0][1], matrix[1][0]);
     assert!(matrix[0][1] < -0.5, "d_0 and t_h: {matrix:?}");
-    assert_eq!(correlation(&found, &space.free(), best, -1.0), None, "nothing is better than the best");
 }
 
 /// Of two drives that are one drive twice, the mean and the pooled squares are the same score, with the same interval; it is narrower than that of

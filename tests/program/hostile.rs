@@ -104,7 +104,7 @@ fn a_result_without_end_is_not_read_to_its_end() {
 /// Identifiability of two parameters, with these correlations.
 fn known(matrix: Value) -> Value {
     json!({"confidence": 0.95, "parameters": {}, "replicate_range": {}, "evaluations": 1, "note": null,
-        "correlation": {"parameters": ["v_0", "t_h"], "matrix": matrix, "candidates": 9, "rise": 0.1}})
+        "correlation": {"parameters": ["v_0", "t_h"], "matrix": matrix}})
 }
 
 #[test]

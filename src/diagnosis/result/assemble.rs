@@ -11,12 +11,11 @@ use crate::calibrate::{Calibration, Replicate, SearchSpace, best, coefficient_of
 use crate::catalog::Variant;
 use crate::evaluator::{Case, Evaluator};
 use crate::extension::Extensions;
-use crate::identify::{CONFIDENCE, Identifiability, correlation};
+use crate::identify::{CONFIDENCE, Identifiability};
 use crate::pooling::{Own, Pooled};
 use crate::reference::{Reference, Trace};
 use crate::rescore;
 use crate::score::{GoodnessOfFit, Measures};
-use crate::statistics::upper_median;
 use crate::symbols::Parameters;
 use crate::symbols::Symbol;
 use crate::trajectory::{Finding, Trajectory, Treatment, driver_id};
@@ -193,8 +192,6 @@ impl Calibrated<'_> {
     fn identifiability(&self, knowledge: &Identifiability, winner: &Replicate) -> IdentifiabilityEntry {
         let free = self.space.free();
         let name = |i: usize| self.space.symbols[i].name().to_owned();
-        let rise = upper_median(knowledge.parameters.iter().map(|k| k.rise));
-        let near = rise.and_then(|rise| Some((correlation(&self.replicates, &free, winner.score, rise)?, rise)));
         let range = |i: usize| {
             let values = self.replicates.iter().filter(|r| r.score.is_finite()).map(|r| r.candidate[i]);
             values.fold([f64::INFINITY, f64::NEG_INFINITY], |[low, high], x| [low.min(x), high.max(x)])
@@ -207,11 +204,9 @@ impl Calibrated<'_> {
                 .iter()
                 .map(|k| (k.symbol.name().to_owned(), KnowledgeEntry::of(k)))
                 .collect(),
-            correlation: near.map(|((matrix, candidates), rise)| CorrelationEntry {
+            correlation: (!knowledge.correlation.is_empty()).then(|| CorrelationEntry {
                 parameters: free.iter().map(|&i| name(i)).collect(),
-                matrix,
-                candidates,
-                rise,
+                matrix: knowledge.correlation.clone(),
             }),
             replicate_range: free.iter().filter(|_| several).map(|&i| (name(i), range(i))).collect(),
             evaluations: knowledge.evaluations,

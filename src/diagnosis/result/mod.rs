@@ -285,7 +285,7 @@ pub struct IdentifiabilityEntry {
     pub confidence: f64,
     /// By parameter.
     pub parameters: IndexMap<String, KnowledgeEntry>,
-    /// Correlations among candidates that are nearly as good as the best; `None` if the search met too few.
+    /// Correlations between the errors of the parameters; `None` without intervals.
     pub correlation: Option<CorrelationEntry>,
     /// Lowest and highest value over the replicates' best candidates; empty with one replicate.
     pub replicate_range: IndexMap<String, [f64; 2]>,
@@ -328,12 +328,8 @@ impl KnowledgeEntry {
 pub struct CorrelationEntry {
     /// Names of rows and columns.
     pub parameters: Vec<String>,
-    /// Pearson's correlation.
+    /// Correlations between the errors of the parameters.
     pub matrix: Vec<Vec<f64>>,
-    /// Number of candidates.
-    pub candidates: usize,
-    /// Largest difference of their scores from the best, in units of the score.
-    pub rise: f64,
 }
 
 /// One replicate.

@@ -155,8 +155,7 @@ pub struct Replicate {
     /// (evaluations, best score so far) at every gain; it decreases, and ends with `score`. Approximate scores that
     /// turned out to be lower than the exact ones are not in it.
     pub convergence: Vec<(u64, f64)>,
-    /// Scores and candidates of the search that are less than 5 % worse than the best; a part of them if there are very many. [`calibrate`] also
-    /// simulates candidates around the best one for them.
+    /// The best of the other candidates of the search, with their scores: one takes its place if the reference rejects the best.
     pub near: Vec<(f64, Vec<f64>)>,
 }
 
@@ -251,7 +250,7 @@ pub fn calibrate(
     let task = |number| Task { space, cases: cases.clone(), number };
     let tasks: Vec<Task> = (0..settings.replicates).map(task).collect();
     let (mut replicates, mut found, mut infeasible) = (Vec::new(), false, None);
-    for outcome in run(evaluator, &tasks, settings, true, &mut |_, told| progress(told))? {
+    for outcome in run(evaluator, &tasks, settings, &mut |_, told| progress(told))? {
         match outcome {
             Ok(replicate) => {
                 found = true;
@@ -270,8 +269,7 @@ pub fn calibrate(
 }
 
 /// Calibrations that share only the evaluator; concurrent generations are simulated together. Each entry is the replicate of that number in
-/// [`calibrate`] on the cases of the task alone: the score of a candidate does not depend on its neighbours. (Only [`calibrate`] simulates
-/// candidates around the best one, and of more than ten replicates there, each keeps fewer near candidates.) `progress` also receives the
+/// [`calibrate`] on the cases of the task alone: the score of a candidate does not depend on its neighbours. `progress` also receives the
 /// number of the task, from 0; once it breaks, all of them end with their results so far.
 ///
 /// # Errors
@@ -282,7 +280,7 @@ pub fn calibrate_each(
     settings: &Calibration,
     progress: &mut (dyn FnMut(usize, Progress) -> ControlFlow<()> + Send),
 ) -> Result<Vec<Result<Replicate, CalibrateError>>, CalibrateError> {
-    let outcomes = run(evaluator, tasks, settings, false, progress)?;
+    let outcomes = run(evaluator, tasks, settings, progress)?;
     Ok(outcomes.into_iter().map(|outcome| outcome.map_err(|failed| failed.error)).collect())
 }
 

@@ -17,7 +17,7 @@ use std::time::Instant;
 /// State of the search. Raise it whenever the same seed gives another result: another score, other parameters or another number of
 /// evaluations, for any reason (optimisers, search space, stopping rules, evaluators). Ids of tasks and journals contain it, so that
 /// results of two states never mix. Versions before 2 did not record it.
-pub const SEARCH_REVISION: u32 = 11;
+pub const SEARCH_REVISION: u32 = 12;
 
 /// Program, version and state of its search, `leadlag 0.1.0+search11`: with the same one a seed gives the same result.
 pub static PROGRAM: LazyLock<String> =
@@ -52,7 +52,6 @@ pub(super) struct Search<'a> {
     best: Option<(Vec<f64>, f64)>,
     convergence: Vec<(u64, f64)>,
     near: Vec<(f64, Vec<f64>)>,
-    most_near: usize,
     ended: Option<StopReason>,
 }
 
@@ -81,7 +80,6 @@ impl<'a> Search<'a> {
             best: None,
             convergence: Vec::new(),
             near: Vec::new(),
-            most_near: most_near(settings.replicates),
             ended: None,
         }
     }
@@ -166,30 +164,16 @@ impl<'a> Search<'a> {
         Ok(false)
     }
 
-    /// Keeps the candidates that are nearly as good as the best one so far.
+    /// Keeps the best candidates.
     fn remember(&mut self, scores: &[Score]) {
-        let value = |score: &Score| match merit(score) {
-            Merit::Feasible(value) => Some(value),
-            Merit::Infeasible { .. } => None,
-        };
-        let known = self.best.as_ref().map(|(_, score)| *score);
-        let best = scores.iter().filter_map(value).chain(known).fold(f64::INFINITY, f64::min);
-        let limit = best + NEAR * best.abs();
         for (i, score) in scores.iter().enumerate() {
-            if let Some(value) = value(score).filter(|value| *value <= limit) {
+            if let Merit::Feasible(value) = merit(score) {
                 self.near.push((value, self.population.values(i).to_vec()));
             }
         }
-        if self.near.len() > self.most_near {
-            self.near.retain(|(value, _)| *value <= limit);
-            // Still too many: every other one, so that all parts of the search remain.
-            if self.near.len() > self.most_near / 2 {
-                let mut keep = false;
-                self.near.retain(|_| {
-                    keep = !keep;
-                    keep
-                });
-            }
+        if self.near.len() > 2 * ASKED {
+            self.near.sort_by(|a, b| a.0.total_cmp(&b.0));
+            self.near.truncate(ASKED);
         }
     }
 
@@ -210,11 +194,10 @@ impl<'a> Search<'a> {
     /// The best candidate, and its rival if the search ended between the two: a candidate that may be better.
     pub(super) fn finish(self) -> Result<(Replicate, Option<Vec<f64>>), CalibrateError> {
         let rival = self.optimizer.rival().map(|m| self.space.complete(&self.free, &m.point, self.ratios));
-        let Search { number, evaluations, convergence, tally, mut near, .. } = self;
+        let Search { number, evaluations, convergence, tally, near, .. } = self;
         let stop = self.ended.expect("a search is finished when it has ended");
         match self.best {
             Some((candidate, score)) => {
-                near.retain(|(value, _)| *value <= score + NEAR * score.abs());
                 Ok((Replicate { number, candidate, score, evaluations, stop, convergence, near }, rival))
             }
             None if stop == StopReason::Interrupted => Err(CalibrateError::Interrupted),
@@ -285,16 +268,6 @@ const RESOLUTION: f64 = 1e-7;
 /// smallest measures of speeds alone (u-v) are about as large; on a drive that the variant itself made scores approach 0, a share
 /// of which is never reached. Rounds then agree within 1e-6, the resolution of such a score in f32.
 pub(super) const FLOOR: f64 = 0.01;
-
-/// Share of the best score by which a candidate may be worse and still counts as near.
-pub(super) const NEAR: f64 = 0.05;
-
-/// Largest number of near candidates of one replicate: of more than ten replicates each keeps fewer, because all of them are in memory
-/// together. The reference may check half of this number.
-fn most_near(replicates: u64) -> usize {
-    const ONE: u64 = 20_000;
-    (10 * ONE / replicates.max(10)).max(2 * ASKED as u64) as usize
-}
 
 /// Searches whose generations are evaluated in one go.
 pub(super) struct Group<'a> {
@@ -440,16 +413,5 @@ pub fn merit(score: &Score) -> Merit {
         Score::Value(value) if value.is_finite() => Merit::Feasible(*value),
         Score::Value(_) | Score::Rejected => Merit::Infeasible { survived: usize::MAX },
         Score::Failed(failure) => Merit::Infeasible { survived: failure.step },
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::most_near;
-
-    #[test]
-    fn near_candidates_of_many_replicates_are_no_more_than_those_of_ten() {
-        assert_eq!([1, 3, 10].map(most_near), [20_000; 3]);
-        assert_eq!([20, 300, 100_000].map(most_near), [10_000, 666, 600]);
     }
 }

@@ -27,12 +27,11 @@ pub(super) struct Failed {
 }
 
 /// Runs tasks in parallel: by derivatives where they are useful, otherwise by scores alone. One entry per task, in order; none depends on
-/// its neighbours. `around`: candidates around each best one are simulated, too. `progress` also receives the number of the task, from 0.
+/// its neighbours. `progress` also receives the number of the task, from 0.
 pub(super) fn run(
     evaluator: &mut dyn Evaluator,
     tasks: &[Task<'_>],
     settings: &Calibration,
-    around: bool,
     progress: &mut (dyn FnMut(usize, Progress) -> ControlFlow<()> + Send),
 ) -> Result<Vec<Result<Replicate, Failed>>, CalibrateError> {
     // Once the caller has stopped, all tasks end.
@@ -51,7 +50,7 @@ pub(super) fn run(
     let begin = |group: &&[usize]| {
         let own: Vec<&Task> = group.iter().map(|&i| &tasks[i]).collect();
         let ground = ground.as_ref().expect("there are groups");
-        homotopy::search(ground, &own, settings, around, &|k, told| tell(group[k], told))
+        homotopy::search(ground, &own, settings, &|k, told| tell(group[k], told))
     };
     // A single group would run outside the pool, and enter it for every stretch of samples.
     let ended: Vec<Vec<Ended>> = rayon::scope(|_| groups.par_iter().map(begin).collect::<Result<_, _>>())?;

@@ -7,6 +7,7 @@ mod fallback;
 mod observer;
 mod raw;
 mod splitting;
+mod steps;
 mod table;
 
 pub use adapter::AdapterChoice;

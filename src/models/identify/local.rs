@@ -384,6 +384,25 @@ impl Local {
         self.curvature[(k, k)] >= 10.0 * self.ridge
     }
 
+    /// Correlations between the errors of the parameters, by the same estimator as [`Local::spread`].
+    pub(super) fn correlation(&self) -> Vec<Vec<f64>> {
+        let n = self.free.len();
+        let pulls: Vec<DVector<f64>> = (0..n).map(|k| inverse(&self.curvature, k)).collect();
+        let covariance = |a: usize, b: usize| (&self.noise * &pulls[a.min(b)]).dot(&pulls[a.max(b)]);
+        let entry = |a: usize, b: usize| {
+            let scale = (covariance(a, a) * covariance(b, b)).sqrt();
+            let known = self.has_effect(a) && self.has_effect(b) && scale > 0.0;
+            if a == b {
+                1.0
+            } else if known {
+                (covariance(a, b) / scale).clamp(-1.0, 1.0)
+            } else {
+                0.0
+            }
+        };
+        (0..n).map(|a| (0..n).map(|b| entry(a, b)).collect()).collect()
+    }
+
     /// Standard error of parameter `k`, from the covariance of the gradient and the curvature of the score (the sandwich estimator of P. J.
     /// Huber, 1967).
     pub(super) fn spread(&self, k: usize) -> Spread {

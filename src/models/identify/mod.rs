@@ -3,17 +3,13 @@
 //! The residuals of a free simulation are far from independent: at ten samples a second, each nearly repeats the previous one. So samples
 //! are never counted as independent here.
 //!
-//! 1. `local`: the score near its minimum as a quadratic form, by differences in f64, and the displacement of
-//!    the minimum by the noise of the drive (`noise`).
-//! 2. `near`: correlations between parameters among the candidates that are nearly as good as the best.
+//! `local` has the score near its minimum as a quadratic form, by differences in f64, and the displacement of
+//! the minimum by the noise of the drive (`noise`). Their covariance gives intervals and correlations.
 //!
 //! The intervals hold if the variant is right and the drive typical; they do not prove that it is right.
 
 mod local;
-mod near;
 mod noise;
-
-pub use near::correlation;
 
 use crate::calibrate::SearchSpace;
 use crate::evaluator::{Case, EvaluateError, Evaluator, Score};
@@ -64,6 +60,8 @@ pub struct Optimism {
 pub struct Identifiability {
     /// One entry per searched parameter; empty if it could not be computed, see `note`.
     pub parameters: Vec<Knowledge>,
+    /// Correlations between the errors of these, row by row; 0 beside a parameter without effect.
+    pub correlation: Vec<Vec<f64>>,
     /// Expected increase of the score on another drive of the same driver; `None` if it could not be computed.
     pub optimism: Option<Optimism>,
     /// Why there are no intervals.
@@ -162,7 +160,13 @@ pub fn identify_on(
     let on_bound = space.at_bound(candidate);
     let inside: Vec<bool> = local.free.iter().map(|&i| !on_bound.contains(&space.symbols[i])).collect();
     let optimism = local.optimism(&inside);
-    Ok(Identifiability { parameters, optimism, note, evaluations: local.evaluations() + 1 })
+    Ok(Identifiability {
+        parameters,
+        correlation: local.correlation(),
+        optimism,
+        note,
+        evaluations: local.evaluations() + 1,
+    })
 }
 
 /// What drives say of the searched parameters near a candidate, with p the displacements from it as shares of their ranges: a density in

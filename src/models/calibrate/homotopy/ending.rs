@@ -1,9 +1,8 @@
-//! From a basin to its lowest exact score, and the candidates around it.
+//! From a basin to its lowest exact score.
 
 use super::descent::{Course, Shared, Walker, Watch, descend_on};
 use super::record::{LAST, Record};
 use super::{FLOOR, Search};
-use crate::calibrate::search::NEAR;
 use crate::calibrate::{CalibrateError, StopReason, merit};
 use crate::convention::Delay;
 use crate::evaluator::{Pull, Score, Soft};
@@ -43,11 +42,7 @@ const EDGES: usize = 4;
 /// Largest number of simulations of a polish per parameter, and the unit of its generations: the lanes of a small block.
 const POLISH: usize = 250;
 const LANES: usize = 16;
-/// Candidates per parameter that are examined around the best, their mean rises as shares of its score, and the curvature of a
-/// parameter without effect, as a share of the largest. Correlations need ten per parameter within the rise that ends an interval, so
-/// some are far nearer than others.
-const AROUND: usize = 36;
-const RISES: [f64; 2] = [0.005, 0.0005];
+/// Curvature of a parameter without effect, as a share of the largest.
 const WIDEST: f64 = 1e-4;
 /// Distance of a delay above a whole number of samples \[s\], so that rounding cannot move it below.
 const BEHIND_A_SAMPLE: f64 = 1e-6;
@@ -64,6 +59,7 @@ pub struct Basin {
 }
 
 /// The end of a descent by the exact objective.
+#[derive(Clone)]
 struct Ending {
     place: Vec<f64>,
     score: f64,
@@ -127,17 +123,24 @@ impl Search<'_> {
         Ok(lowest)
     }
 
-    /// Refines the best basin by scores alone, if derivatives still promise a gain.
+    /// Refines the best basin: by differences across kinks, and by scores alone if derivatives still promise a gain.
     pub(super) async fn polish(&mut self) -> Result<(), CalibrateError> {
         let best = self.basins.iter().map(|basin| &basin.end).min_by(|a, b| a.score.total_cmp(&b.score));
-        let Some(Ending { place, score, promise, held }) = best else { return Ok(()) };
-        if promise.is_finite() && *promise > PROMISE * score.max(FLOOR) {
-            let (found, held) = ((place.clone(), *score), held.clone());
-            let (place, score) = self.polished(found, &held).await?;
-            self.keep(place, score);
-            self.compare_with_target()?;
+        let Some(mut end) = best.filter(|end| end.score.is_finite()).cloned() else { return Ok(()) };
+        let course = Course { pull: Pull::NONE, turns: EXACT_TURNS, tolerance: FINE };
+        let walkers = descend_on(&self.across, vec![end.place.clone()], &end.held, course, &mut self.record).await?;
+        if let Some(walker) = walkers.into_iter().find(|walker| walker.cost < end.score) {
+            let found = self.exactly(walker.place, end.held.clone()).await?;
+            if found.score < end.score {
+                end = Ending { promise: found.promise.min(end.promise), ..found };
+                self.keep(end.place.clone(), end.score);
+            }
         }
-        Ok(())
+        if end.promise.is_finite() && end.promise > PROMISE * end.score.max(FLOOR) {
+            let (place, score) = self.polished((end.place, end.score), &end.held).await?;
+            self.keep(place, score);
+        }
+        self.compare_with_target()
     }
 
     /// Descends by the exact objective, without `held` coordinates.
@@ -166,7 +169,7 @@ impl Search<'_> {
             return Ok(found);
         }
         let rise = EDGE * if found.1.is_finite() { found.1 } else { 1.0 };
-        let points = self.around(&found.0, held, [rise; 2], EDGES * n).await?;
+        let points = self.around(&found.0, held, rise, EDGES * n).await?;
         if points.is_empty() {
             return Ok(found);
         }
@@ -278,29 +281,12 @@ impl Search<'_> {
         Some((at, [steps, steps + 1.0].into_iter().filter_map(of).collect()))
     }
 
-    /// Candidates around the best one, at distances that cost little: they show which parameters compensate for each other.
-    pub(super) async fn look_around(&mut self) -> Result<(), CalibrateError> {
-        let Some((best, score)) = self.record.best.clone() else { return Ok(()) };
-        let rises = RISES.map(|rise| rise * score.max(FLOOR));
-        let places = self.around(&best, &[], rises, AROUND * best.len()).await?;
-        if !self.record.spend(places.len()) {
-            return Ok(());
-        }
-        let costs = self.exact.costs(&places, Pull::NONE).await?;
-        for (place, cost) in places.into_iter().zip(costs) {
-            if cost <= score + NEAR * score.abs() {
-                self.keep(place, cost);
-            }
-        }
-        Ok(())
-    }
-
-    /// Points around another one, at which costs rise on average by each of these values in turn.
+    /// Points around another one, at which costs rise on average by this value.
     async fn around(
         &mut self,
         middle: &[f64],
         held: &[usize],
-        rises: [f64; 2],
+        rise: f64,
         count: usize,
     ) -> Result<Vec<Vec<f64>>, CalibrateError> {
         let n = middle.len();
@@ -312,13 +298,13 @@ impl Search<'_> {
         let floor = DMatrix::from_diagonal_element(n, n, (WIDEST * largest).max(f64::MIN_POSITIVE.sqrt()));
         let Some(root) = (curvature + floor).cholesky() else { return Ok(Vec::new()) };
         let mut rng = stream(self.record.settings.seed, self.record.number, u64::MAX, self.record.evaluations);
-        let place = |k: usize| {
-            let size = (2.0 * rises[k % rises.len()] / n as f64).sqrt();
+        let size = (2.0 * rise / n as f64).sqrt();
+        let mut place = || {
             let draw = DVector::from_fn(n, |_, _| size * normal(&mut rng));
             let step = root.l().transpose().solve_upper_triangular(&draw).unwrap_or(draw);
             let moved = |(i, x): (usize, &f64)| if held.contains(&i) { *x } else { (x + step[i]).clamp(0.0, 1.0) };
             middle.iter().enumerate().map(moved).collect()
         };
-        Ok((0..count).map(place).collect())
+        Ok((0..count).map(|_| place()).collect())
     }
 }

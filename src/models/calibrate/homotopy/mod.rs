@@ -8,7 +8,7 @@
 //! 1. Here: searches are repeated until enough agree.
 //! 2. `record`: their effort and results, and the criterion to stop.
 //! 3. `round`: one search, from random points to the basins that it finds.
-//! 4. `ending`: from a basin to its lowest exact score, and the candidates around it.
+//! 4. `ending`: from a basin to its lowest exact score.
 //!
 //! `descent` and `step` are the Levenberg-Marquardt method, `objective` is their objective, and `together` simulates what several searches need.
 
@@ -28,7 +28,7 @@ use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::{Accumulation, GoodnessOfFit};
 use ending::Basin;
 pub use objective::DIFFERENCE;
-use objective::Objective;
+use objective::{ACROSS, Objective};
 use record::Record;
 use round::Kind;
 use std::future::Future;
@@ -116,25 +116,23 @@ struct Search<'a> {
     coarse: Objective<'a>,
     smooth: Objective<'a>,
     exact: Objective<'a>,
+    /// The exact one, with differences across kinks.
+    across: Objective<'a>,
     record: Record<'a>,
     /// Basins that searches finished.
     basins: Vec<Basin>,
 }
 
-/// Calibrates the variant of a ground on some of its cases, several searches side by side, and with `around` also simulates candidates around
-/// each best one; `tell` also receives the place of the search.
+/// Calibrates the variant of a ground on some of its cases, several searches side by side; `tell` also receives the place of the search.
 pub(super) fn search(
     ground: &Ground,
     tasks: &[&Task<'_>],
     settings: &Calibration,
-    around: bool,
     tell: &(dyn Fn(usize, Progress) -> ControlFlow<()> + Sync),
 ) -> Result<Vec<Ended>, CalibrateError> {
     let queue = Queue::default();
     let tells: Vec<_> = (0..tasks.len()).map(|i| move |told: Progress| tell(i, told)).collect();
-    let search = |(task, tell)| {
-        Box::pin(one(ground, &queue, task, (settings, around), tell)) as Pin<Box<dyn Future<Output = _>>>
-    };
+    let search = |(task, tell)| Box::pin(one(ground, &queue, task, settings, tell)) as Pin<Box<dyn Future<Output = _>>>;
     let searches = tasks.iter().copied().zip(tells.iter().map(|tell| tell as &(dyn Fn(_) -> _ + Sync))).map(search);
     run(ground, &queue, searches.collect())?.into_iter().collect()
 }
@@ -144,21 +142,19 @@ async fn one(
     ground: &Ground,
     queue: &Queue,
     Task { space, cases, number }: &Task<'_>,
-    (settings, around): (&Calibration, bool),
+    settings: &Calibration,
     progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Result<Ended, CalibrateError> {
-    let objective = |detail| Objective::new(ground, queue, detail, cases.clone(), space);
+    let objective = |detail, difference| Objective::new(ground, queue, (detail, difference), cases.clone(), space);
     let mut search = Search {
-        coarse: objective(Detail::Coarse),
-        smooth: objective(Detail::Smooth),
-        exact: objective(Detail::Exact),
+        coarse: objective(Detail::Coarse, DIFFERENCE),
+        smooth: objective(Detail::Smooth, DIFFERENCE),
+        exact: objective(Detail::Exact, DIFFERENCE),
+        across: objective(Detail::Exact, ACROSS),
         record: Record::new(settings, *number, progress),
         basins: Vec::new(),
     };
     let settled = search.is_settled().await?;
-    if around && search.record.stopped.is_none() {
-        search.look_around().await?;
-    }
     let Search { exact, record: Record { evaluations, convergence, near, best, stopped, .. }, .. } = search;
     let open = best.is_none() || stopped.is_none() && !settled;
     let stop = stopped.unwrap_or(if settled { StopReason::Converged } else { StopReason::Evaluations });

@@ -13,12 +13,15 @@ use std::ops::Range;
 
 /// Finite difference in a coordinate, a share of its range: far above the rounding of f64, far below the scale of curvature.
 pub const DIFFERENCE: f64 = 1e-6;
+/// The same across kinks, which clips leave in a score: small minima lie between them.
+pub const ACROSS: f64 = 1e-3;
 
 /// The score of a variant over some cases.
 pub struct Objective<'a> {
     lanes: &'a Lanes,
     queue: &'a Queue,
     detail: Detail,
+    difference: f64,
     cases: Range<usize>,
     space: &'a SearchSpace,
     free: Vec<usize>,
@@ -29,12 +32,12 @@ impl<'a> Objective<'a> {
     pub fn new(
         ground: &'a Ground,
         queue: &'a Queue,
-        detail: Detail,
+        (detail, difference): (Detail, f64),
         cases: Range<usize>,
         space: &'a SearchSpace,
     ) -> Objective<'a> {
         let (lanes, free, bounds) = (ground.lanes(detail), space.free(), space.search_box(true));
-        Objective { lanes, queue, detail, cases, space, free, bounds }
+        Objective { lanes, queue, detail, difference, cases, space, free, bounds }
     }
 
     /// The cases of the score.
@@ -118,7 +121,7 @@ impl Shared for Objective<'_> {
         let moved: Vec<usize> = (0..n).filter(|i| !held.contains(i)).collect();
         let (mut all, mut differences) = (Vec::new(), Vec::new());
         for place in places {
-            let step = |i: &usize| if place[*i] + DIFFERENCE > 1.0 { -DIFFERENCE } else { DIFFERENCE };
+            let step = |i: &usize| if place[*i] + self.difference > 1.0 { -self.difference } else { self.difference };
             differences.push(Differences { first: all.len(), steps: moved.iter().map(step).collect() });
             all.push(self.candidate(place));
             for i in &moved {
