@@ -63,7 +63,7 @@ pub fn describe(
     answer: &Answer,
     lap: Option<f64>,
 ) -> Result<Diagnosis, DiagnoseError> {
-    let adopted = if answer.reacts { inference.named() } else { &[] };
+    let adopted = inference.named();
     let delivered = answer.extended();
     let base_model = Simulated::of(question.base, answer.base(), &inference.base);
     let extended_model = match (delivered, adopted.is_empty()) {

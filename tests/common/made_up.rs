@@ -83,7 +83,7 @@ pub fn request<'a>(
     bounds: &'a Overrides,
 ) -> Request<'a> {
     let base = base.parse().expect("a base");
-    Request { drives, unit: Unit::Recording, base, causes, named, bounds, seed: 1, rounds: 1 }
+    Request { drives, unit: Unit::Recording, base, causes, named, sensor_noise: None, bounds, seed: 1, rounds: 1 }
 }
 
 /// Causes of the library.

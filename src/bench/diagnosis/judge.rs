@@ -288,6 +288,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
         base: variant,
         causes: &causes,
         named: &likely,
+        sensor_noise: inference.as_ref().ok().and_then(Inference::sensor_noise),
         bounds: &bounds,
         seed: task.seed,
         rounds: rounds(effort),

@@ -3,6 +3,7 @@
 use crate::catalog::Variant;
 use crate::diagnose::judge::decision::Decision;
 use crate::diagnose::likelihood::observer::Noise;
+use crate::diagnose::policy::POLICY;
 use crate::diagnose::search::skipped::Skipped;
 use crate::evaluator::Innovations;
 use crate::extension::Extension;
@@ -172,5 +173,12 @@ impl Inference {
     #[must_use]
     pub fn named(&self) -> &[Adopted] {
         if matches!(self.verdict, Verdict::Named | Verdict::Ambiguous) { &self.adopted } else { &[] }
+    }
+
+    /// Time that the missing acceleration lasts \[s\], if it is sensor noise with and without the adopted causes.
+    #[must_use]
+    pub fn sensor_noise(&self) -> Option<f64> {
+        let lasts = self.base.noise.tau_d.max(self.extended.noise.tau_d);
+        Some(lasts).filter(|lasts| *lasts < POLICY.lasting)
     }
 }

@@ -139,12 +139,13 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     if let Some(why) = answer.tried.not_testable.as_ref().filter(|_| !answer.reacts) {
         outcome.verdict = Verdict::NotTestable;
         outcome.reason.clone_from(why);
-        outcome.causes.clear();
-        outcome.confounded_with.clear();
     }
     let is_named = |outcome: &Outcome| matches!(outcome.verdict, Verdict::Named | Verdict::Ambiguous);
     if let Some(named) = answer.named.as_ref().filter(|_| !is_named(outcome)) {
         add_names(outcome, answer, named);
+    }
+    if let Some(lasts) = answer.sensor_noise.filter(|_| outcome.verdict == Verdict::Nothing) {
+        outcome.reason += &format!("; the missing acceleration lasts {lasts:.1} s, as sensor noise does");
     }
     // A cause that the race judges is not absorbed by a calibration.
     let is_judged = |name: &String| answer.tried.trials.iter().any(|trial| trial.causes.contains(name));

@@ -93,6 +93,9 @@ pub struct Request<'a> {
     /// Causes that the likelihood names: the race judges the model with them, and a recommended model has only members of their families.
     /// Without any, those of the race count.
     pub named: &'a [&'static Extension],
+    /// Time that the acceleration lasts which the base misses \[s\], if the likelihood takes it for sensor noise. A model that filters the noise gains
+    /// on unseen drives, too, so then the race names nothing.
+    pub sensor_noise: Option<f64>,
     /// Bounds of parameters by name; they replace those of a diagnosis.
     pub bounds: &'a Overrides,
     /// Seed of all random numbers.
@@ -108,6 +111,8 @@ pub struct Answer {
     pub named: Option<Named>,
     /// Causes that the likelihood names.
     likely: Vec<&'static Extension>,
+    /// As in the request.
+    sensor_noise: Option<f64>,
     /// Position of the recommended model among the entries; `None` if none is recommended.
     winner: Option<usize>,
     /// The base, and every model that was judged.
@@ -337,6 +342,7 @@ fn unjudged(
     Answer {
         named: None,
         likely: request.named.to_vec(),
+        sensor_noise: request.sensor_noise,
         winner: None,
         entries: Vec::new(),
         laws: Vec::new(),
@@ -454,8 +460,10 @@ fn round(
     let rivals: Vec<Rows> = laws.iter().map(|(_, rows)| rows.clone()).collect();
     let found = table(&reference, &models, &left, &rivals, &answer.resamples, policy);
     let first = answer.entries.len();
-    let called =
-        |recommended: &[&'static Extension]| named(&entered, &found, policy, recommended, (first, request.seed));
+    let called = |recommended: &[&'static Extension]| match request.sensor_noise {
+        None => named(&entered, &found, policy, recommended, (first, request.seed)),
+        Some(_) => None,
+    };
     let of_race = called(&[]);
     let causes = match &of_race {
         Some(named) if request.named.is_empty() => &named.causes,

@@ -144,6 +144,7 @@ fn a_named_model_has_a_gain() {
         base: "l-cth".parse().expect("a law"),
         causes: &[filter, lag],
         named: &[],
+        sensor_noise: None,
         bounds: &bounds,
         seed: 1,
         rounds: 1,
@@ -165,10 +166,10 @@ fn a_named_model_has_a_gain() {
     // A cause of one drive is named by the likelihood only, and the race does not judge it.
     answer.likely = vec![cause("set_speed_change")];
     assert!(answer.extended().is_none());
-    // Nor does the likelihood name anything where the car does not react to the car ahead.
-    (answer.named, answer.reacts) = (None, false);
-    answer.tried.not_testable = Some("l-cth predicts no better".to_owned());
+    // Sensor noise is a reason for silence.
+    let mut outcome = Outcome::new(Effort::Quick, 1);
+    (answer.named, answer.sensor_noise) = (None, Some(1.2));
+    (outcome.verdict, outcome.reason) = (Verdict::Nothing, "no cause passes".to_owned());
     combine(&mut outcome, &answer);
-    assert_eq!((outcome.verdict, outcome.causes, outcome.confounded_with), (Verdict::NotTestable, vec![], vec![]));
-    assert_eq!(outcome.reason, "l-cth predicts no better");
+    assert_eq!(outcome.reason, "no cause passes; the missing acceleration lasts 1.2 s, as sensor noise does");
 }
