@@ -7,7 +7,7 @@ leadlag_data::numbers! {
     Policy POLICY:
     alpha = 0.01, "-", "Chance of a false name in a drive without a cause, shared among all causes";
     lasting = 1.7, "s", "If the missing acceleration lasts less, with and without the likeliest cause, it is sensor noise; gusts last longer";
-    lasting_factor = 2.5, "-", "Factor on the threshold of a cause in that case, because any weakening of the law then gains";
+    lasting_factor = 8.0, "-", "Factor on the threshold of a cause in that case, because any weakening of the law then gains";
     left_by_others = 0.08, "-", "Share of the evidence of earlier causes that a later one needs in addition, because no cause matches a car exactly";
     judged = 0.5, "-", "Share of its threshold from which a cause is cross-fitted";
     close = 6.0, "nats", "Rivals differ by less, times the inflation: odds of several hundred";

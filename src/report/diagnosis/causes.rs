@@ -99,7 +99,7 @@ fn one(text: &mut String, outcome: &Outcome, cause: &CauseEntry) {
     text.push_str(&wrapped(0, 2, &lines.into_iter().flatten().collect::<Vec<_>>().join("; ")));
     let rivals: Vec<String> = outcome.rivals(cause).map(sized).collect();
     if !rivals.is_empty() {
-        let rivals = format!("explains the data as well as {}: {}", cause.name, rivals.join(", "));
+        let rivals = format!("as good as {}: {}", cause.name, rivals.join(", "));
         text.push_str(&wrapped(2, 4, &rivals));
     }
 }

@@ -161,7 +161,9 @@ pub fn in_short(outcome: &Outcome) -> Short {
     let minutes = outcome.closed_loop.bins as f64 * BIN_S / 60.0;
     more.extend(outcome.power.iter().map(|found| power(found, minutes)));
     more.extend(outcome.likelier_base().map(|base| format!("{}.", next(&base))));
-    more.extend(outcome.base_notes.iter().map(|note| format!("The base model: {note}.")));
+    if !outcome.base_notes.is_empty() {
+        more.push(format!("The base model: {}.", outcome.base_notes.join("; ")));
+    }
     Short { answer, more }
 }
 

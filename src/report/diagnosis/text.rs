@@ -117,9 +117,6 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
         let faulty = more.iter().filter(|&&i| has_fault(&data[i])).count();
         text.push_str(&format!("Files not listed: {}, with faults: {faulty}\n", more.len()));
     }
-    if let Some(rms) = data.iter().filter_map(|entry| entry.gap_rate_rms_mps).max_by(f64::total_cmp) {
-        text.push_str(&format!("Spacing and speeds differ by at most {} m/s (rms over 1 s).\n", small(rms)));
-    }
     if !shared.is_empty() {
         text.push_str("All drives:\n");
         shared.iter().for_each(|note| text.push_str(&wrapped(2, 4, note)));
@@ -139,9 +136,11 @@ fn notes(entry: &DataEntry, findings: &[FindingEntry]) -> Vec<String> {
     if shown.is_empty() && minor.is_empty() && notes.is_empty() {
         notes.push("no contradictions found".to_owned());
     }
-    for finding in shown {
+    for of_kind in shown.chunk_by(|a, b| (&a.name, &a.when, &a.correction) == (&b.name, &b.when, &b.correction)) {
+        let (finding, others) = of_kind.split_first().expect("a chunk has a finding");
         let done = finding.correction.as_ref().map_or(String::new(), |done| format!("; done: {done}"));
-        notes.push(format!("{}: {}{done}", finding.name.to_uppercase(), finding.told()));
+        let also = if others.is_empty() { String::new() } else { format!("; also {}", signals(others)) };
+        notes.push(format!("{}: {}{also}{done}", finding.name.to_uppercase(), finding.told()));
     }
     if !minor.is_empty() {
         let names: IndexSet<String> = minor.iter().map(|finding| finding.name.to_uppercase()).collect();
@@ -151,6 +150,12 @@ fn notes(entry: &DataEntry, findings: &[FindingEntry]) -> Vec<String> {
     notes.extend(entry.moved());
     notes.extend(entry.unseen.iter().map(|unseen| format!("not detectable: {unseen}")));
     notes
+}
+
+/// The signals of findings, with their sizes.
+fn signals(findings: &[&FindingEntry]) -> String {
+    let signal = |f: &&FindingEntry| format!("{} of {} ({} {})", f.signal, f.car, small(f.value), f.unit);
+    findings.iter().map(signal).collect::<Vec<_>>().join(", ")
 }
 
 fn small(value: f64) -> String {

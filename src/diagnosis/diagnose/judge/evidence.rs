@@ -85,7 +85,7 @@ mod tests {
         };
         near(2.0, [&gusts; 2], 0.0, 18.4207);
         near(1.0, [&gusts; 2], 250.0, 9.2103 + 20.0);
-        near(1.0, [&lasts; 2], 250.0, 2.5 * 9.2103 + 20.0);
+        near(1.0, [&lasts; 2], 250.0, 8.0 * 9.2103 + 20.0);
         // A cause explains it.
         near(1.0, [&lasts, &gusts], 0.0, 9.2103);
     }
