@@ -43,15 +43,11 @@ print(f"{status['done']} of {status['tasks']} calibrations are done, {status['in
 tasks = len(calibrations)
 evaluations = statistics.mean(int(row["evaluations"]) for row in calibrations)
 samples = statistics.mean(int(row["samples"]) for row in calibrations)
-# The times include lost results; the rate counts all candidate-steps.
-rate = status["candidate_steps"] / status["cpu_s"]
-each = evaluations * samples / rate
+each = status["cpu_s"] / status["done"]
 longer = statistics.mean(PLATOONS) / samples
 full = PAPER_CALIBRATIONS * each * longer
-print(f"\nCPU time {status['cpu_s']:.0f} s, wall time {status['wall_s']:.0f} s (of all runs), {status['evaluations']:.4g} evaluations, "
-      f"{status['candidate_steps']:.4g} candidate-steps:")
-print(f"{rate / 1e6:.1f} million candidate-steps per CPU second; {evaluations:.0f} evaluations and {each:.2f} CPU seconds a calibration, "
-      f"{1 / each:.2f} tasks per CPU second.")
+print(f"\nCPU time {status['cpu_s']:.0f} s, wall time {status['wall_s']:.0f} s (of all runs), {status['evaluations']:.4g} evaluations: "
+      f"{evaluations:.0f} evaluations and {each:.2f} CPU seconds a calibration, {1 / each:.2f} tasks per CPU second.")
 print(f"All {PAPER_CALIBRATIONS:,}: x {each:.2f} s x {longer:.3f} (mean samples of 28 trajectories over those of these) = {full:,.0f} CPU seconds "
       f"= {full / 3600:.1f} core-hours = {full / 7200:.1f} h on two cores.")
 print(f"The authors' program on 9,227 samples: {AUTHORS_S[0]} to {AUTHORS_S[1]} s a calibration, "

@@ -27,13 +27,13 @@ pub struct Round<'a> {
 
 impl Round<'_> {
     /// Computes tasks, all at a time, on an evaluator of these drives; `finish` receives the parts, from any thread, and `None` for an
-    /// interrupted task. `progress` receives the evaluations of each generation and the index of its drive, and may stop.
+    /// interrupted task. `progress` receives the evaluations of each generation, and may stop.
     pub fn compute(
         &self,
         tasks: &[&Task],
         evaluator: &mut dyn Evaluator,
         drives: &[usize],
-        progress: &(dyn Fn(usize, u64) -> ControlFlow<()> + Sync),
+        progress: &(dyn Fn(u64) -> ControlFlow<()> + Sync),
         finish: &(dyn Fn(usize, Option<Part>) -> Result<(), StudyError> + Sync),
     ) -> Result<(), StudyError> {
         let indices: Vec<usize> = tasks.iter().map(|task| self.study.drive_of(task)).collect();
@@ -50,7 +50,7 @@ impl Round<'_> {
         let mut spent = vec![0; tasks.len()];
         let mut tell = |k: usize, told: Progress| {
             let before = std::mem::replace(&mut spent[k], told.evaluations);
-            progress(indices[k], told.evaluations - before)
+            progress(told.evaluations - before)
         };
         let found = match calibrate_each(evaluator, &searches, &settings, &mut tell) {
             Err(CalibrateError::Evaluate(error)) => return Err(error.into()),

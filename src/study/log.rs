@@ -24,8 +24,6 @@ pub struct Progress {
     pub evaluations: AtomicU64,
     /// Those of tasks that this run computes.
     pub finished: AtomicU64,
-    /// Simulated steps.
-    pub steps: AtomicU64,
 }
 
 /// The file of this process.
@@ -72,7 +70,6 @@ impl<'a> Log<'a> {
             "tasks": of(&self.progress.computed),
             "failed": of(&self.progress.failed),
             "evaluations": of(&self.progress.evaluations),
-            "candidate_steps": of(&self.progress.steps),
         });
         // A run whose time cannot be recorded still counts.
         let _ = write_whole(&self.path, format!("{content:#}\n").as_bytes());
@@ -92,8 +89,6 @@ pub struct PastRuns {
     pub cpu_s: f64,
     /// Simulated candidates.
     pub evaluations: u64,
-    /// Simulated steps.
-    pub candidate_steps: u64,
 }
 
 /// Adds up the logs of the runs on a folder.
@@ -112,7 +107,6 @@ pub fn past_runs(folder: &Folder) -> PastRuns {
         past.wall_s += run["wall_s"].as_f64().unwrap_or(0.0);
         past.cpu_s += run["cpu_s"].as_f64().unwrap_or(0.0);
         past.evaluations += whole("evaluations");
-        past.candidate_steps += whole("candidate_steps");
     }
     past
 }

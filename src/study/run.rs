@@ -313,10 +313,8 @@ fn together(
     let mut drives: Vec<usize> = own.iter().map(|task| round.study.drive_of(task)).collect();
     drives.dedup();
     let mut evaluator = build(drives.iter().map(|&drive| round.cases[drive].clone()).collect())?;
-    let count = |drive: usize, evaluations: u64| {
+    let count = |evaluations: u64| {
         progress.evaluations.fetch_add(evaluations, Ordering::SeqCst);
-        let samples = round.study.drives[drive].entry.samples as u64;
-        progress.steps.fetch_add(evaluations * samples, Ordering::SeqCst);
         if stop() { ControlFlow::Break(()) } else { ControlFlow::Continue(()) }
     };
     round.compute(&own, evaluator.as_mut(), &drives, &count, &|k, part| {

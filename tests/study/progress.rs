@@ -17,7 +17,7 @@ fn a_run_without_a_terminal_says_how_far_it_is() {
     let said = lines("lines", "0", &[]);
     let done = |line: &String| line.split('/').next().unwrap().parse::<usize>().expect("a number of tasks");
     assert!(said.iter().map(done).is_sorted(), "{said:?}");
-    let running = |line: &&String| line.contains("/s, ") && line.contains(" left, ") && line.contains(" Msteps/s");
+    let running = |line: &&String| line.contains("/s, ") && line.contains(" left, ") && line.contains(" simulations/s");
     assert!(said.iter().filter(running).count() > 3, "{said:?}");
     assert!(lines("lines_seldom", "3600", &[]).is_empty(), "not before it is time");
     assert!(lines("lines_quiet", "0", &["--quiet"]).is_empty(), "--quiet");

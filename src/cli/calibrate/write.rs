@@ -23,14 +23,12 @@ pub fn files(
     let mut change = Change::begin(folder)?;
     let before = of_calibration(folder);
     if let Some(elapsed) = elapsed {
-        let steps: usize = result.data.iter().map(|d| d.samples).sum();
         let seconds = elapsed.as_secs_f64();
         let timing = serde_json::json!({
             "schema_version": result.schema_version,
             "wall_s": seconds,
             "threads": rayon::current_num_threads(),
             "evaluations_per_s": result.evaluations as f64 / seconds,
-            "candidate_steps_per_s": result.evaluations as f64 * steps as f64 / seconds,
         });
         change.write("timing.json", (serde_json::to_string_pretty(&timing)? + "\n").as_bytes())?;
     }

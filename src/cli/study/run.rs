@@ -119,9 +119,9 @@ fn choose(args: &Args, tasks: &[Task]) -> anyhow::Result<Vec<usize>> {
 fn report(summary: &Summary, progress: &Progress, elapsed: Duration) {
     let seconds = elapsed.as_secs_f64();
     let Summary { tasks, before, computed, failed, by_others, left } = *summary;
-    let steps = progress.steps.load(Ordering::SeqCst) as f64;
+    let evaluations = progress.evaluations.load(Ordering::SeqCst) as f64;
     let rates = if computed > 0 {
-        format!(", {:.2} tasks/s, {:.1} million candidate-steps/s", computed as f64 / seconds, steps / seconds / 1e6)
+        format!(", {:.2} tasks/s, {:.0} simulations/s", computed as f64 / seconds, evaluations / seconds)
     } else {
         String::new()
     };
@@ -202,8 +202,8 @@ impl Bar {
         } else {
             "starting".to_owned()
         };
-        let speed = of(&progress.steps) as f64 / seconds / 1e6;
+        let speed = evaluations / seconds;
         let failures = if failed > 0 { format!(", {failed} infeasible") } else { String::new() };
-        format!("{pace}, {speed:.0} Msteps/s{failures}  {}", self.bar.bar.prefix())
+        format!("{pace}, {speed:.0} simulations/s{failures}  {}", self.bar.bar.prefix())
     }
 }

@@ -62,7 +62,6 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "wall_s": runs.wall_s,
             "cpu_s": runs.cpu_s,
             "evaluations": runs.evaluations,
-            "candidate_steps": runs.candidate_steps,
         }));
     }
     let mut text = String::new();
@@ -84,9 +83,9 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             "{tasks} computed by {by} in {:.0} s of wall time{each},\n{:.0} s of CPU time:",
             runs.wall_s, runs.cpu_s
         )?;
-        let steps = runs.candidate_steps as f64 / runs.wall_s / 1e6;
+        let simulations = runs.evaluations as f64 / runs.wall_s;
         let per = if runs.runs > 1 { " per run" } else { "" };
-        writeln!(text, "  {rate:.2} tasks/s, {steps:.1} million candidate-steps/s{per}")?;
+        writeln!(text, "  {rate:.2} tasks/s, {simulations:.0} simulations/s{per}")?;
     }
     let folder = quoted(&args.of.folder.display().to_string());
     match (inventory.conflicting.is_empty(), inventory.missing.is_empty()) {

@@ -291,10 +291,10 @@ fn cost(page: &mut Page, material: &Material, inventory: &Inventory, past: &Past
         Vec::from_iter(evaluators).join(", ")
     ));
     if past.runs > 0 {
-        let rate = past.candidate_steps as f64 / past.wall_s.max(1e-9) / 1e6;
+        let rate = past.evaluations as f64 / past.wall_s.max(1e-9);
         page.paragraph(&format!(
             "Recorded by {} on this folder: {} tasks in {:.0} s of wall time (runs at the same time count each) and {:.0} s of CPU time, \
-             {} million candidate-steps per second of wall time.",
+             {} simulations per second of wall time.",
             if past.runs == 1 { "one run".to_owned() } else { format!("{} runs", past.runs) },
             past.tasks,
             past.wall_s,
@@ -351,7 +351,7 @@ fn twin(material: &Material, matrix: &Matrix, past: &PastRuns) -> String {
         "figure7": rows(&tables::collisions(material)),
         "validation_matrix": crosses,
         "compute": {"runs": past.runs, "tasks": past.tasks, "wall_s": past.wall_s, "cpu_s": past.cpu_s,
-                    "evaluations": past.evaluations, "candidate_steps": past.candidate_steps},
+                    "evaluations": past.evaluations},
     });
     serde_json::to_string(&json).expect("numbers and text can be written")
 }
