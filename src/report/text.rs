@@ -265,7 +265,8 @@ fn write_identifiability(
             false => UNDETERMINED.to_owned(),
         };
         let partner = identifiability.correlation.as_ref().and_then(|c| partner(c, name)).unwrap_or_default();
-        writeln!(text, "{name:<10}{interval:>24}{:>14.0}  {partner}", knowledge.effective_samples)?;
+        let line = format!("{name:<10}{interval:>24}{:>14.0}  {partner}", knowledge.effective_samples);
+        writeln!(text, "{}", line.trim_end())?;
     }
     let known = identifiability.parameters.values();
     if known.clone().any(|k| k.determined && k.open != [false; 2]) {

@@ -203,6 +203,7 @@ fn cause_entry(entry: &Entry, named: &Named, cause: &'static Extension, of: Opti
 
 fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option<Recommended> {
     let (own, base_held) = (held(entry)?, held(&answer.entries[0])?);
+    let [base_stops, own_stops] = [&answer.entries[0], entry].map(stops);
     let [base_collisions, own_collisions] = [base_held, own].map(Losses::collisions);
     let confirmed = entry.causes.iter().all(|cause| named.iter().any(|name| name == cause.family()));
     let cause = |cause: &&'static Extension| RecommendedCause {
@@ -217,9 +218,10 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
     };
     Some(Recommended {
         parameters: parameters(entry, &own_positions, Horizon::Drive).into_iter().map(|p| (p.name, p.value)).collect(),
-        safe: own_collisions == 0,
+        safe: own_collisions == 0 && own_stops == 0,
         safe_reason: format!(
-            "on left-out data it comes closer than 0.1 m to the car ahead in {own_collisions} of {} parts, the base in {base_collisions}",
+            "on left-out data it comes closer than 0.1 m to the car ahead in {own_collisions} of {} parts, the base in {base_collisions}; if the \
+             car ahead brakes to a standstill at 2 m/s², in {own_stops} and {base_stops}",
             own.parts.len()
         ),
         bounds: own_positions.iter().map(bound).collect(),
@@ -243,6 +245,11 @@ fn gain(answer: &Answer, entry: &Entry) -> Option<ClosedLoopGain> {
         extended: mean(&after),
         interval: answer.resamples.interval(&differences, Policy::DEFAULT.interval),
     })
+}
+
+/// Number of parts in which a model collides when the car ahead stops.
+fn stops(entry: &Entry) -> usize {
+    entry.whole_drives().and_then(|fit| fit.judged.as_ref()).map_or(0, |judged| judged.stops)
 }
 
 fn held(entry: &Entry) -> Option<&Losses> {
@@ -326,8 +333,10 @@ fn notes(answer: &Answer) -> Vec<String> {
             notes.push(format!("it collides with the car ahead on {failures} of {all} unseen drives"));
         }
         if stops > 0 {
+            let own = answer.winner.map_or(0, |k| self::stops(&answer.entries[k]));
+            let too = if own > 0 { format!(", the recommended model on {own}") } else { String::new() };
             notes.push(format!(
-                "it collides on {stops} of {all} drives if the car ahead brakes to a standstill at 2 m/s²"
+                "it collides on {stops} of {all} drives if the car ahead brakes to a standstill at 2 m/s²{too}"
             ));
         }
     }

@@ -42,10 +42,10 @@ pub struct Policy {
     /// Shares of the smallest measured spacing \[-\]: a model may fall below each in no more whole drives than the base, because one that
     /// comes closer collides on the next drive.
     pub least_spacing: [f64; 3],
-    /// Largest number of parts in which a recommended model collides, left out of its fits or behind a car that stops \[-\]: one that
-    /// collides there does so on further drives, too.
+    /// Largest number of left-out parts in which a recommended model collides \[-\]: one that collides there does so on further drives, too.
     pub collisions: f64,
-    /// Number of standard errors by which close approaches may exceed those of the base \[-\]: among hundreds of drivers, some do by chance.
+    /// Number of standard errors by which close approaches, and collisions behind a car that stops, may exceed those of the base \[-\]: among
+    /// hundreds of drivers, some do by chance.
     pub excess: f64,
     /// A stretch is not followed if the error of the speed over 10 s is this multiple of the usual one \[-\], which nine of ten bins do not
     /// exceed: a law that lacks an effect is off by twice the usual error.

@@ -20,6 +20,10 @@ pub fn checks(
     let whole = &evidence.gains[HORIZONS - 1];
     let is_named = |cause: &&&'static Extension| named.iter().any(|named| named.family() == cause.family());
     let share_named = added.iter().filter(is_named).count() as f64 / added.len().max(1) as f64;
+    let excess = |name: &str, of: fn(&Judged) -> usize| {
+        let [own, base] = [count(entry, of), count(base, of)];
+        Check::at_most(name, own - base, policy.excess * (own + base).sqrt())
+    };
     vec![
         Check::at_least("share of its causes of named families", share_named, policy.named),
         Check::at_most("probability by chance", evidence.p, policy.chance),
@@ -34,17 +38,9 @@ pub fn checks(
             count(entry, |judged| judged.held.collisions()),
             policy.collisions,
         ),
-        Check::at_most("collisions behind a car that stops", count(entry, |judged| judged.stops), policy.collisions),
-        Check::at_most(
-            "close approaches in excess of the base",
-            too_close(entry) - too_close(base),
-            policy.excess * (too_close(entry) + too_close(base)).sqrt(),
-        ),
+        excess("collisions behind a car that stops, in excess of the base", |judged| judged.stops),
+        excess("close approaches in excess of the base", |judged| judged.too_close),
     ]
-}
-
-fn too_close(entry: &Entry) -> f64 {
-    count(entry, |judged| judged.too_close)
 }
 
 /// A count of a model over whole drives.

@@ -125,7 +125,7 @@ fn a_model_that_collides_is_not_recommended() {
     assert_eq!([judged.stops, stops], [0, field.parts.drives.len()]);
     let last = lag.fits[HORIZONS - 1].as_mut().expect("fitted");
     last.judged = Some(Judged { stops, ..judged.clone() });
-    assert_eq!(unmet(lag), ["collisions behind a car that stops"]);
+    assert_eq!(unmet(lag), ["collisions behind a car that stops, in excess of the base"]);
     let mut held = judged.held.clone();
     held.parts[0].as_mut().expect("left out once").shortfall = 1.0;
     lag.fits[HORIZONS - 1].as_mut().expect("fitted").judged = Some(Judged { held, ..judged });

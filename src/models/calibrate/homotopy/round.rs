@@ -44,16 +44,19 @@ pub enum Kind {
 }
 
 /// Removes points that have met a better one, and stops those that have entered one of these basins.
-struct Merging<'r, 'a>(&'r mut Record<'a>, &'r [Basin]);
+struct Merging<'r, 'a> {
+    record: &'r mut Record<'a>,
+    basins: &'r [Basin],
+}
 
 impl Watch for Merging<'_, '_> {
     fn spend(&mut self, simulations: usize) -> bool {
-        self.0.spend(simulations)
+        self.record.spend(simulations)
     }
 
     fn turned(&self, walkers: &mut Vec<Walker>) {
         *walkers = merged(std::mem::take(walkers));
-        walkers.iter_mut().filter(|walker| met(self.1, walker).is_some()).for_each(Walker::stop);
+        walkers.iter_mut().filter(|walker| met(self.basins, walker).is_some()).for_each(Walker::stop);
     }
 }
 
@@ -82,7 +85,7 @@ impl Search<'_> {
         let mut walkers = Vec::new();
         for (turns, kept) in DIRECT {
             let course = Course { pull, turns, tolerance: ROUGH };
-            let mut watch = Merging(&mut self.record, &self.basins);
+            let mut watch = Merging { record: &mut self.record, basins: &self.basins };
             let next = merged(descend_on(&self.coarse, starts, &[], course, &mut watch).await?);
             if next.is_empty() {
                 break;
@@ -99,7 +102,7 @@ impl Search<'_> {
         let mut starts = self.best_starts(places, pulled(LEVELS[0]), PULLED).await?;
         for share in LEVELS {
             let course = Course { pull: pulled(share), turns: TURNS, tolerance: ROUGH };
-            let mut watch = Merging(&mut self.record, &[]);
+            let mut watch = Merging { record: &mut self.record, basins: &[] };
             let walkers = merged(descend_on(&self.coarse, starts, &[], course, &mut watch).await?);
             let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(walkers) };
             let weak = usize::from(share <= WEAK);
@@ -107,7 +110,7 @@ impl Search<'_> {
             starts = near.map(|walker| walker.place).collect();
         }
         let course = Course { pull: pulled(0.0), turns: FREE_TURNS, tolerance: ROUGH };
-        let mut watch = Merging(&mut self.record, &self.basins);
+        let mut watch = Merging { record: &mut self.record, basins: &self.basins };
         Ok(descend_on(&self.coarse, starts, &[], course, &mut watch).await?)
     }
 
