@@ -38,6 +38,7 @@ def fits(leadlag, out, train, test, base, score, window=(), gof="rmse-s"):
     columns.write_text(MAP)
     read = [str(train), "--columns", str(columns)]
     found = run(leadlag, "diagnose", *read, "--all", "--base", base, "--effort", "quick", "--json")
+    print(f"diagnosis: {found['verdict']}; {found['reason']}")
     proposed = [trial["causes"] for trial in found["closed_loop"]["trials"] if trial["in_set"]]
 
     def fit(causes, *more):

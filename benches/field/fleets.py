@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """Rates of right and of false names in made-up fleets.
 
-    fleets.py LEADLAG FOLDER [silent|effect [FIRST LAST]]
+    fleets.py LEADLAG FOLDER [silent|effect [FIRST LAST [linear|idm]]]
 
 Tables and results go to FOLDER, and results that are there are kept. The drivers follow the linear law or IDM for 30 s behind
 a car that changes its speed; their parameters are log-normal with a standard deviation of a quarter, and they have sensor noise and an acceleration of
@@ -69,7 +69,7 @@ def fleet(path, law, seed, drivers, share):
             made += rows is not None
 
 
-def main(leadlag, folder, kinds, seeds):
+def main(leadlag, folder, kinds, seeds, laws):
     folder = pathlib.Path(folder)
     folder.mkdir(parents=True, exist_ok=True)
     (folder / "map.toml").write_text(MAP)
@@ -77,14 +77,14 @@ def main(leadlag, folder, kinds, seeds):
     print("|---|---|---|---|---|")
     for kind in kinds:
         drivers, share = (60, 0) if kind == "silent" else (200, SHARE)
-        for law, base in LAWS.items():
+        for law in laws:
             named = late = within = 0
             for seed in seeds:
                 out = folder / f"{kind}_{law}_{seed}"
                 table = out.with_suffix(".csv")
                 if not (out / "diagnosis.json").exists():
                     fleet(table, law, seed, drivers, share)
-                    command = [leadlag, "diagnose", table, "--columns", folder / "map.toml", "--all", "--base", base]
+                    command = [leadlag, "diagnose", table, "--columns", folder / "map.toml", "--all", "--base", LAWS[law]]
                     more = ["--bounds", "human", "--effort", "quick", "--quiet", "--out", out]
                     subprocess.run([*command, *more], check=True, stdout=subprocess.DEVNULL)
                 found = json.loads((out / "diagnosis.json").read_text())
@@ -100,4 +100,4 @@ if __name__ == "__main__":
     if len(sys.argv) < 3:
         sys.exit(__doc__)
     first, last = (int(word) for word in sys.argv[4:6] or ["1", "20"])
-    main(sys.argv[1], sys.argv[2], sys.argv[3:4] or ["silent", "effect"], range(first, last + 1))
+    main(sys.argv[1], sys.argv[2], sys.argv[3:4] or ["silent", "effect"], range(first, last + 1), sys.argv[6:7] or LAWS)

@@ -16,7 +16,7 @@ S_PER_MIN = 60
 
 
 def percent(part):
-    return f"{100 * part:.0f}"
+    return str(round(100 * part))
 
 
 def row(name, found):
@@ -26,7 +26,8 @@ def row(name, found):
     causes, gain = [], ""
     for cause in found["causes"]:
         sizes = (f"{size['name']} = {size['value']:.2g} {size['unit']}".removesuffix(" -") for size in cause["parameters"])
-        causes.append(" ".join([cause["name"], *sizes]))
+        rivals = [f"or {rival['name']}" for rival in found["confounded_with"] if rival["instead_of"] == cause["name"]]
+        causes.append(" ".join([cause["name"], *sizes, *rivals]))
     for trial in found["closed_loop"]["trials"]:
         if causes and trial["causes"] == [cause["name"] for cause in found["causes"]]:
             whole = next(horizon for horizon in trial["horizons"] if horizon["horizon_s"] is None)

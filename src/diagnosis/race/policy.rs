@@ -18,8 +18,8 @@ pub struct Policy {
     /// seconds some per cent better, because a gust lasts; over a quarter of a minute this gain vanishes.
     pub least_gain: f64,
     /// Smallest gain of the base over the same law without a car ahead at the shortest horizon, as a share of the error of the speed \[-\];
-    /// the lower end of its interval counts. With L-CTH, measured cars and fleets reach 0.2 or more, drives behind the car ahead of another
-    /// drive at most 0.08.
+    /// the lower end of its interval counts. With L-CTH, 11 of 13 measured fleets reach 0.14 or more, fleets behind the car ahead of another
+    /// driver at most 0.08.
     pub least_reaction: f64,
     /// Largest gain that `power` reports, as a share of the error \[-\]: drives that only show larger ones show nothing.
     pub most_power: f64,
