@@ -52,7 +52,7 @@ def main():
         all_spent += spent
         near = [sum(x <= limit for x in off) for limit in (1e-3, 1e-2)]
         print(
-            f"| {model} | {len(off)} | {near[0]} | {near[1]} | {max(off):+.3%}, {min(off):+.3%} "
+            f"| {model} | {len(off)} | {near[0]} | {near[1]} | {round(max(off), 5) + 0.0:+.3%}, {round(min(off), 5) + 0.0:+.3%} "
             f"| {statistics.median(spent):,.0f} ({max(spent):,}) | {statistics.mean(before):,.0f} |",
             flush=True,
         )

@@ -43,7 +43,8 @@ print(f"{status['done']} of {status['tasks']} calibrations are done, {status['in
 tasks = len(calibrations)
 evaluations = statistics.mean(int(row["evaluations"]) for row in calibrations)
 samples = statistics.mean(int(row["samples"]) for row in calibrations)
-each = status["cpu_s"] / status["done"]
+# The times include lost results; the rate counts all evaluations.
+each = evaluations * status["cpu_s"] / status["evaluations"]
 longer = statistics.mean(PLATOONS) / samples
 full = PAPER_CALIBRATIONS * each * longer
 print(f"\nCPU time {status['cpu_s']:.0f} s, wall time {status['wall_s']:.0f} s (of all runs), {status['evaluations']:.4g} evaluations: "

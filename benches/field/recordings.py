@@ -26,7 +26,7 @@ def row(name, found):
     causes, gain = [], ""
     for cause in found["causes"]:
         sizes = (f"{size['name']} = {size['value']:.2g} {size['unit']}".removesuffix(" -") for size in cause["parameters"])
-        rivals = [f"or {rival['name']}" for rival in found["confounded_with"] if rival["instead_of"] == cause["name"]]
+        rivals = [f"or {rival['name']}" for rival in found["confounded_with"] if rival.get("instead_of", found["causes"][0]["name"]) == cause["name"]]
         causes.append(" ".join([cause["name"], *sizes, *rivals]))
     for trial in found["closed_loop"]["trials"]:
         if causes and trial["causes"] == [cause["name"] for cause in found["causes"]]:

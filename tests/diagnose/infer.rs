@@ -84,6 +84,10 @@ fn two_that_hide_each_other() {
     let names: Vec<&str> = named.causes.iter().map(|cause| cause.name.as_str()).collect();
     assert_eq!(names, ["perception_delay", "leader_accel_ff"], "{:?}", found.tried);
     assert_eq!(named.rivals, [], "{:?}", found.set);
+    // In sensor noise only the likelihood names.
+    let noisy = Request { sensor_noise: Some(1.0), ..request };
+    let found = race(&noisy, &Policy::DEFAULT, &mut |_| ControlFlow::Continue(())).expect("a race");
+    assert!(found.named.is_none() && found.recommended().is_empty() && found.power.is_none(), "{:?}", found.tried);
 }
 
 /// With two causes the search ends at the simulation limit and reports it; the two causes are the same without the limit.

@@ -160,9 +160,8 @@ fn a_candidate_beside_the_minimum_is_called_so() {
 #[test]
 fn correlations_show_what_compensates_for_what() {
     let trajectory = drive(1500, 0.2, 5);
-    let (_, _, lanes, space) = known(&trajectory, &[("t_h", [0.3, 3.0]), ("d_0", [0.5, 6.0])], 1);
+    let (_, _, mut lanes, space) = known(&trajectory, &[("t_h", [0.3, 3.0]), ("d_0", [0.5, 6.0])], 1);
     let settings = Calibration { stop: Stop { max_evaluations: 3000, ..Stop::default() }, ..Calibration::default() };
-    let mut lanes = lanes;
     let found = calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(())).expect("feasible");
     let matrix = identify(&lanes, &space, &found[0].candidate, &mut || false).expect("lanes").correlation;
     assert_eq!((matrix[0][0], matrix[1][1]), (1.0, 1.0));

@@ -144,7 +144,7 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     if let Some(named) = answer.named.as_ref().filter(|_| !is_named(outcome)) {
         add_names(outcome, answer, named);
     }
-    if let Some(lasts) = answer.sensor_noise.filter(|_| outcome.verdict == Verdict::Nothing) {
+    if let Some(lasts) = answer.sensor_noise.filter(|_| !is_named(outcome)) {
         outcome.reason += &format!("; the missing acceleration lasts {lasts:.1} s, as sensor noise does");
     }
     // A cause that the race judges is not absorbed by a calibration.
@@ -332,8 +332,8 @@ fn notes(answer: &Answer) -> Vec<String> {
         if failures > 0 {
             notes.push(format!("it collides with the car ahead on {failures} of {all} unseen drives"));
         }
-        if stops > 0 {
-            let own = answer.winner.map_or(0, |k| self::stops(&answer.entries[k]));
+        let own = answer.winner.map_or(0, |k| self::stops(&answer.entries[k]));
+        if stops + own > 0 {
             let too = if own > 0 { format!(", the recommended model on {own}") } else { String::new() };
             notes.push(format!(
                 "it collides on {stops} of {all} drives if the car ahead brakes to a standstill at 2 m/s²{too}"

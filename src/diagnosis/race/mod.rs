@@ -476,7 +476,9 @@ fn round(
     }
     if is_first {
         answer.set = set(&entered, &found, laws);
-        answer.power = power(&entered, &found, answer.tried.bins, policy).filter(|_| of_race.is_none());
+        // More driving does not turn noise into a name.
+        let can_name = of_race.is_none() && request.sensor_noise.is_none();
+        answer.power = power(&entered, &found, answer.tried.bins, policy).filter(|_| can_name);
     }
     // The next round tests whether a further cause is worth its parameters. Among equally simple models, take the largest gain for a user.
     let passing: Vec<usize> = (0..entered.len()).filter(|&k| asked[k].iter().all(|check| check.met)).collect();

@@ -91,7 +91,7 @@ impl Policy {
     };
 
     /// The policy for a fleet. A pooled model follows an unusual driver badly over whole drives, so no stretch is left out, and collisions
-    /// only count as close approaches.
+    /// on left-out drives only count as close approaches.
     pub const FLEET: Policy =
         Policy { named: 0.5, not_followed: f64::INFINITY, collisions: f64::INFINITY, excess: 1.0, ..Policy::DEFAULT };
 }

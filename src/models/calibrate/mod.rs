@@ -155,7 +155,7 @@ pub struct Replicate {
     /// (evaluations, best score so far) at every gain; it decreases, and ends with `score`. Approximate scores that
     /// turned out to be lower than the exact ones are not in it.
     pub convergence: Vec<(u64, f64)>,
-    /// The best of the other candidates of the search, with their scores: one takes its place if the reference rejects the best.
+    /// The best candidates of the search, with their scores: the next one takes the place of the best if the reference rejects it.
     pub near: Vec<(f64, Vec<f64>)>,
 }
 

@@ -9,6 +9,9 @@ use crate::score::GoodnessOfFit;
 /// Largest number of candidates of a replicate that the reference checks.
 pub(super) const ASKED: usize = 300;
 
+/// Share of the best score by which one of them may be worse.
+const NEAR: f64 = 0.05;
+
 /// Gives a replicate its score by the f64 reference. If the best candidate fails there, the next best that does not takes its place: an
 /// optimum often lies on the edge of the feasible region, where the last bit of a sum decides. If a search ended before the exact
 /// comparison with its rival, the rival takes its place if it is better.
@@ -27,7 +30,9 @@ pub(super) fn settled(
         })
     };
     replicate.near.sort_by(|a, b| a.0.total_cmp(&b.0));
-    let others = replicate.near.iter().map(|(_, candidate)| candidate);
+    let limit = replicate.score + NEAR * replicate.score.abs();
+    let near = |(score, candidate): &&(f64, Vec<f64>)| *score <= limit && *candidate != replicate.candidate;
+    let others = replicate.near.iter().filter(near).map(|(_, candidate)| candidate);
     let (mut found, mut asked) = (None, 0);
     for candidate in std::iter::once(&replicate.candidate).chain(others).take(ASKED) {
         asked += 1;

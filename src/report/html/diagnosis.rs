@@ -147,7 +147,7 @@ fn causes(page: &mut Page, outcome: &Outcome) {
     }
     entries(page, "Named", outcome.causes.iter());
     for cause in &outcome.causes {
-        entries(page, &format!("Explains the data as well as {}", cause.name), outcome.rivals(cause));
+        entries(page, &format!("As good as {}", cause.name), outcome.rivals(cause));
     }
     if !outcome.not_testable.is_empty() {
         let row = |n: &crate::diagnose::NotTestable| vec![n.name.clone(), n.absorbed_by.join(", ")];

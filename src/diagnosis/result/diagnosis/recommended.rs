@@ -69,7 +69,7 @@ pub struct Recommended {
     pub why: Why,
     /// All parameters of the model, fitted to all drives over their whole length. `extended` of the result has their intervals.
     pub parameters: IndexMap<String, f64>,
-    /// True if it comes closer than 0.1 m to the car ahead in no part that its fits left out.
+    /// True if it comes closer than 0.1 m to the car ahead in no part that its fits left out, and in none behind a car that stops.
     pub safe: bool,
     /// The counts, in words.
     pub safe_reason: String,

@@ -130,8 +130,10 @@ impl Search<'_> {
         let course = Course { pull: Pull::NONE, turns: EXACT_TURNS, tolerance: FINE };
         let walkers = descend_on(&self.across, vec![end.place.clone()], &end.held, course, &mut self.record).await?;
         if let Some(walker) = walkers.into_iter().find(|walker| walker.cost < end.score) {
+            self.keep(walker.place.clone(), walker.cost);
             let found = self.exactly(walker.place, end.held.clone()).await?;
             if found.score < end.score {
+                // At the edge of the feasible region derivatives promise what no step gains, there as here.
                 end = Ending { promise: found.promise.min(end.promise), ..found };
                 self.keep(end.place.clone(), end.score);
             }
@@ -161,15 +163,14 @@ impl Search<'_> {
         Ok(ending)
     }
 
-    /// Descends by scores alone, from a point that may be infeasible.
+    /// Descends by scores alone.
     async fn polished(&mut self, found: (Vec<f64>, f64), held: &[usize]) -> Result<(Vec<f64>, f64), CalibrateError> {
         let moved: Vec<usize> = (0..found.0.len()).filter(|i| !held.contains(i)).collect();
         let n = moved.len();
         if n == 0 {
             return Ok(found);
         }
-        let rise = EDGE * if found.1.is_finite() { found.1 } else { 1.0 };
-        let points = self.around(&found.0, held, rise, EDGES * n).await?;
+        let points = self.around(&found.0, held, EDGE * found.1, EDGES * n).await?;
         if points.is_empty() {
             return Ok(found);
         }
