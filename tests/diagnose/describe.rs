@@ -240,6 +240,20 @@ fn said(outcome: &Outcome) -> [String; 2] {
     [diagnosis(outcome, &Beside::default()), html::diagnosis(outcome, Vec::new(), None)].map(flat)
 }
 
+/// Signals with the same fault share a line; a fault in another stretch has its own.
+#[test]
+fn signals_with_the_same_fault_share_a_line() {
+    let fault = |car: &str, when: serde_json::Value| {
+        serde_json::json!({"name": "smoothed", "car": car, "signal": "speed", "value": 0.004, "unit": "m/s", "interval": null, "file": "a.csv",
+            "when_s": when, "matters": true, "sentence": format!("the speed of the {car}: smoothed"), "correction": null})
+    };
+    let whole = serde_json::json!([]);
+    let findings =
+        [fault("leader", whole.clone()), fault("follower", whole), fault("follower", serde_json::json!([[3.0, 9.0]]))];
+    let [text, _] = said(&outcome(serde_json::json!({ "data_findings": findings })));
+    assert!(text.contains("SMOOTHED: the speed of the leader: smoothed; also speed of follower (0.004 m/s) SMOOTHED: the speed of the follower"), "{text}");
+}
+
 #[test]
 fn a_base_that_crashes_and_a_likelier_one_are_told_in_text_and_page() {
     let outcome = outcome(serde_json::json!({
