@@ -24,6 +24,26 @@ pub fn drive(name: &str, begin: f64) -> Drive {
         let (v, rate) = (15.0 + 8.0 * (0.1 * t).sin(), 0.8 * (0.1 * t).cos());
         writeln!(file, "{:.1},{},{v},{}", begin + t, v + 1.5 * rate, 3.0 + 1.5 * v).expect("memory");
     }
+    read(&file, name)
+}
+
+/// Half a minute of a linear driver with these settings (k_s, k_v, d_0, t_h) behind a car whose speed changes with this period \[s\].
+pub fn linear_driver(name: &str, [k_s, k_v, d_0, t_h]: [f64; 4], period: f64) -> Drive {
+    let mut file = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
+    let (dt, mut v) = (0.1, 15.0);
+    let mut s = d_0 + t_h * v;
+    for i in 0..300 {
+        let t = dt * f64::from(i);
+        let lead = 15.0 + 5.0 * (6.28 * t / period).sin();
+        writeln!(file, "{t:.1},{lead},{v},{s}").expect("memory");
+        let a = k_s * (s - d_0 - t_h * v) + k_v * (lead - v);
+        s += (lead - v) * dt;
+        v += a * dt;
+    }
+    read(&file, name)
+}
+
+fn read(file: &str, name: &str) -> Drive {
     let recording = import::read_bytes(file.as_bytes(), name, None).expect("a pair file");
     let trajectory = prepare(&recording, 1, &Preparation::default()).expect("complete").remove(0);
     Drive::of(&trajectory, None).expect("no jump").0.remove(0)

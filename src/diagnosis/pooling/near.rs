@@ -14,6 +14,15 @@ pub struct Near<'a, S> {
     pub weights: Vec<f64>,
 }
 
+impl<S> Near<'_, S> {
+    /// The penalty at a point.
+    #[must_use]
+    pub fn penalty(&self, place: &[f64]) -> f64 {
+        let distances = place.iter().zip(self.centre).zip(&self.weights);
+        distances.map(|((x, c), weight)| weight * (x - c).powi(2)).sum()
+    }
+}
+
 impl<S: descent::Surface> descent::Surface for Near<'_, S> {
     type Error = S::Error;
 
@@ -22,12 +31,8 @@ impl<S: descent::Surface> descent::Surface for Near<'_, S> {
     }
 
     fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, S::Error> {
-        let penalty = |place: &Vec<f64>| {
-            let distances = place.iter().zip(self.centre).zip(&self.weights);
-            distances.map(|((x, c), weight)| weight * (x - c).powi(2)).sum::<f64>()
-        };
         let costs = self.surface.costs(places, pull)?;
-        Ok(costs.iter().zip(places).map(|(cost, place)| cost + penalty(place)).collect())
+        Ok(costs.iter().zip(places).map(|(cost, place)| cost + self.penalty(place)).collect())
     }
 
     fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, S::Error> {

@@ -77,6 +77,8 @@ pub struct Judged {
     pub too_close: usize,
     /// Number of parts in which the model fitted to all of them collides when the car ahead stops; 0 at the shorter horizons.
     pub stops: usize,
+    /// The middle of the drivers' laws without each fold; empty for recordings, for whole drives, and for a model with a reference.
+    pub middles: Vec<Vec<f64>>,
     /// Drivers of a fleet who are left out; empty for recordings and for whole drives.
     pub drivers: Vec<DriverFit>,
     /// The drivers with and without the causes; `None` for recordings, for whole drives, and for a model without a reference.
@@ -162,7 +164,7 @@ pub struct Field {
     fastest: f64,
     seed: u64,
     all: Vec<bool>,
-    trained: Vec<Vec<bool>>,
+    pub(super) trained: Vec<Vec<bool>>,
 }
 
 impl Field {
@@ -380,8 +382,8 @@ impl Field {
                 judged.stops = self.collisions_at_stops(entry.model.variant, &fit.whole)?;
             }
             if let Some(judged) = fit.judged.as_mut().filter(|_| self.has_own_laws(horizon)) {
-                let reference = reference.and_then(|reference| reference.fits[k].as_ref()?.judged.as_ref());
-                self.judge_drivers(&model, horizon, judged, (&added, reference), watching)?;
+                let of = reference.and_then(|of| Some((&of.model, of.fits[k].as_ref()?.judged.as_ref()?)));
+                self.judge_drivers(&model, horizon, judged, (&added, of), watching)?;
             }
         }
         entry.simulations += model.simulations();
@@ -415,7 +417,7 @@ impl Field {
             true => Losses { parts: vec![None; self.all.len()] },
             false => self.losses_left_out(model, horizon, &folds)?,
         };
-        Ok(Some(Judged { folds, held, too_close, stops: 0, drivers: Vec::new(), mixture: None }))
+        Ok(Some(Judged { folds, held, too_close, stops: 0, middles: Vec::new(), drivers: Vec::new(), mixture: None }))
     }
 
     /// Parameters without each fold, from those of all parts; `None` if a fit finds none.

@@ -1,19 +1,35 @@
 //! Judges a model on drivers who are left out of its fits.
 //!
-//! Drivers differ, and a pooled law makes these differences look like a cause. So each driver first gets an own base law, near the common
-//! one, under every model alike. A cause may be that of some drivers only: a model with causes is scored as a mixture of drivers with
-//! them, at one size, and drivers without.
+//! Drivers differ, and a pooled law makes these differences look like a cause. So each driver first gets an own base law, near the middle
+//! of those of the other drivers, under every model alike. A cause may be that of some drivers only: a model with causes is scored as a
+//! mixture of drivers with them, at one size, and drivers without.
 
 use super::fit::{Field, Judged};
-use super::loss::{Losses, SIGNALS};
+use super::loss::Losses;
 use super::mixture::{DriverFit, Mixture, Ratios, SIZES};
-use super::own::own_law;
+use super::own::{OwnLaw, weight};
 use super::policy::Policy;
 use super::surface::Surface;
 use super::{Entry, Horizon, OF_A_NAME};
-use crate::diagnose::likelihood::model::Model;
+use crate::calibrate::descent::Walker;
+use crate::diagnose::likelihood::model::{Model, Space};
 use crate::diagnose::{DiagnoseError, Watching};
+use crate::pooling::SPREAD;
 use rayon::prelude::*;
+use std::collections::BTreeSet;
+
+/// Number of times that the middle of the drivers' laws is found, each from the last.
+const TURNS: usize = 4;
+/// Number of drivers of a middle, about: of 50 who differ by a third, it is known to a twentieth.
+const OF_THE_MIDDLE: usize = 50;
+/// Standard deviation of a driver's parameters while the middle is found, as [`SPREAD`]: the start may be several of these away.
+const WIDE: f64 = 4.0 * SPREAD;
+
+/// A driver, and the parts of the driver that count.
+struct Driver {
+    unit: usize,
+    counts: Vec<bool>,
+}
 
 /// A driver with an own base law.
 struct OwnFit {
@@ -33,31 +49,37 @@ impl Field {
         model: &Model,
         horizon: Horizon,
         judged: &mut Judged,
-        (added, reference): (&[(usize, f64)], Option<&Judged>),
+        (added, reference): (&[(usize, f64)], Option<(&Space, &Judged)>),
         watching: &Watching<'_>,
     ) -> Result<(), DiagnoseError> {
         for (fold, common) in judged.folds.iter().enumerate() {
             let left_out: Vec<bool> = self.parts.folds.iter().map(|own| *own == fold).collect();
             let surface = self.surface(model, &left_out, horizon);
-            let at = |size: f64| {
-                let mut place = surface.place(common);
-                for &(k, neutral) in added {
-                    place[k] = (neutral + size * (place[k] - neutral)).clamp(0.0, 1.0);
-                }
-                self.with_own_law(&surface, &place, watching)
-            };
-            let Some(reference) = reference else {
-                for own in at(1.0)? {
+            let common = surface.place(common);
+            let Some((space, reference)) = reference else {
+                let trained = Surface { counts: &self.trained[fold], ..surface };
+                let middle = self.middle(&trained, common, watching)?;
+                for own in self.with_own_law(&surface, &middle, watching)? {
                     judged.held.take_from(own.losses);
                     judged.drivers.push(DriverFit { unit: own.unit, fold, cost: own.cost, ratios: None });
                 }
+                judged.middles.push(surface.values(&middle));
                 continue;
+            };
+            // Drivers with the causes are like the others in everything else.
+            let middle = surface.place(&model.adopt(space, &reference.middles[fold]));
+            let at = |size: f64| {
+                let mut place = middle.clone();
+                for &(k, neutral) in added {
+                    place[k] = (neutral + size * (common[k] - neutral)).clamp(0.0, 1.0);
+                }
+                self.with_own_law(&surface, &place, watching)
             };
             let sizes: Vec<Vec<OwnFit>> = SIZES.into_iter().map(at).collect::<Result<_, DiagnoseError>>()?;
             for (driver, own) in sizes[0].iter().enumerate() {
                 let Some(of) = reference.drivers.iter().find(|of| of.unit == own.unit) else { continue };
                 let ratio = |k: usize| {
-                    let ratio = (of.cost - sizes[k][driver].cost) * self.observations(own.unit);
+                    let ratio = (of.cost - sizes[k][driver].cost) * self.weight(own.unit);
                     // A driver whom the reference cannot follow at all says nothing of the causes.
                     if ratio < f64::INFINITY { ratio } else { 0.0 }
                 };
@@ -65,7 +87,7 @@ impl Field {
                 judged.drivers.push(DriverFit { unit: own.unit, fold, cost: of.cost, ratios });
             }
         }
-        if let Some(reference) = reference {
+        if let Some((_, reference)) = reference {
             judged.held.parts.clone_from(&reference.held.parts);
             self.mix(judged);
         }
@@ -82,49 +104,89 @@ impl Field {
         judged.mixture = Some(of(&|_| true));
         for driver in &mut judged.drivers {
             let Some(ratios) = &driver.ratios else { continue };
-            let gain = folds[driver.fold].log_likelihood(ratios) / self.observations(driver.unit);
+            let gain = folds[driver.fold].log_likelihood(ratios) / self.weight(driver.unit);
             driver.cost -= gain;
             let parts = judged.held.parts.iter_mut().zip(&self.parts.units);
-            for part in parts.filter(|(_, unit)| **unit == driver.unit).filter_map(|(part, _)| part.as_mut()) {
-                part.mse.iter_mut().flatten().for_each(|mse| *mse *= (-gain).exp());
-            }
+            let own = parts.filter(|(_, unit)| **unit == driver.unit).filter_map(|(part, _)| part.as_mut());
+            own.for_each(|part| part.add(-gain));
         }
     }
 
-    /// Half the number of observations of a driver: each error of a bin counts as one, because errors last for some seconds.
-    fn observations(&self, unit: usize) -> f64 {
+    /// The weight of a driver's loss in a logarithm of the likelihood.
+    fn weight(&self, unit: usize) -> f64 {
         let parts = self.parts.units.iter().zip(&self.sizes).filter(|(own, _)| **own == unit);
-        let bins: usize = parts.map(|(_, sizes)| sizes.count()).sum();
-        0.5 * (SIGNALS * bins.max(1)) as f64
+        weight(parts.map(|(_, sizes)| sizes.count()).sum())
     }
 
-    /// Every driver who counts, with an own base law near the common place.
+    /// The middle of the base laws of the drivers who count, near which the driver's own law lies. A law that is common to all drivers
+    /// compensates for their differences, far from all of them; so it is only the start.
+    pub(super) fn middle(
+        &self,
+        surface: &Surface<'_>,
+        common: Vec<f64>,
+        watching: &Watching<'_>,
+    ) -> Result<Vec<f64>, DiagnoseError> {
+        let drivers = self.drivers(surface);
+        let every = 1 + drivers.len() / OF_THE_MIDDLE;
+        let some: Vec<Driver> = drivers.into_iter().step_by(every).collect();
+        let held = held(surface);
+        let mut middle = common;
+        for _ in 0..TURNS {
+            let own = |driver: &Driver| OwnLaw::new(driver.of(surface), (&middle, WIDE), &held).found(watching);
+            let own: Vec<Option<Walker>> = some.par_iter().map(own).collect::<Result<_, DiagnoseError>>()?;
+            let places: Vec<Vec<f64>> = own.into_iter().flatten().map(|found| found.place).collect();
+            if places.is_empty() {
+                break;
+            }
+            let mean = |k: usize| places.iter().map(|place| place[k]).sum::<f64>() / places.len() as f64;
+            middle = (0..middle.len()).map(mean).collect();
+        }
+        Ok(middle)
+    }
+
+    /// Every driver who counts, with an own base law near this place.
     fn with_own_law(
         &self,
         surface: &Surface<'_>,
-        common: &[f64],
+        middle: &[f64],
         watching: &Watching<'_>,
     ) -> Result<Vec<OwnFit>, DiagnoseError> {
-        let mut held = surface.fixed();
-        let is_of_base = |k: &usize| surface.model.variant.is_of_base(surface.model.symbols[*k]);
-        held.extend((0..surface.model.symbols.len()).filter(|k| !is_of_base(k)));
-        let mut drivers = self.parts.units.clone();
-        drivers.sort_unstable();
-        drivers.dedup();
+        let held = held(surface);
+        let one = |driver: &Driver| {
+            let surface = driver.of(surface);
+            let (cost, losses) = match OwnLaw::new(surface, (middle, SPREAD), &held).judged(watching)? {
+                Some(judged) => judged,
+                None => (f64::INFINITY, surface.losses(&[surface.values(middle)])?.remove(0)),
+            };
+            Ok(OwnFit { unit: driver.unit, cost, losses })
+        };
+        self.drivers(surface).par_iter().map(one).collect()
+    }
+
+    /// The drivers with a part that counts.
+    fn drivers(&self, surface: &Surface<'_>) -> Vec<Driver> {
+        let counting = self.parts.units.iter().zip(surface.counts).filter(|(_, counts)| **counts);
+        let units: BTreeSet<usize> = counting.map(|(unit, _)| *unit).collect();
         let counts = |driver: usize| -> Vec<bool> {
             self.parts.units.iter().zip(surface.counts).map(|(unit, counts)| *counts && *unit == driver).collect()
         };
-        let one = |(unit, counts): &(usize, Vec<bool>)| {
-            let surface = Surface { counts, ..*surface };
-            let found = own_law(surface, common, &held, watching)?;
-            let (place, cost) = found.as_ref().map_or((common, f64::INFINITY), |found| (&found.place, found.cost));
-            let losses = surface.losses(&[surface.values(place)])?.remove(0);
-            Ok(OwnFit { unit: *unit, cost, losses })
-        };
-        let masks = drivers.into_iter().map(|driver| (driver, counts(driver)));
-        let masks: Vec<(usize, Vec<bool>)> = masks.filter(|(_, mask)| mask.contains(&true)).collect();
-        masks.par_iter().map(one).collect()
+        units.into_iter().map(|unit| Driver { unit, counts: counts(unit) }).collect()
     }
+}
+
+impl Driver {
+    /// The loss of this driver.
+    fn of<'a>(&'a self, surface: &Surface<'a>) -> Surface<'a> {
+        Surface { counts: &self.counts, ..*surface }
+    }
+}
+
+/// The parameters that drivers do not have of their own.
+fn held(surface: &Surface<'_>) -> Vec<usize> {
+    let of_base = |k: usize| surface.model.variant.is_of_base(surface.model.symbols[k]);
+    let mut held = surface.fixed();
+    held.extend((0..surface.model.symbols.len()).filter(|k| !of_base(*k)));
+    held
 }
 
 impl Entry {

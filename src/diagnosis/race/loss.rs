@@ -90,6 +90,13 @@ pub struct PartLoss {
     pub shortfall: f64,
 }
 
+impl PartLoss {
+    /// Adds to the logarithm of each mean square.
+    pub fn add(&mut self, logarithm: f64) {
+        self.mse.iter_mut().flatten().for_each(|mse| *mse *= logarithm.exp());
+    }
+}
+
 /// Converts sums of squares to a loss.
 #[must_use]
 pub fn of_squares(run: Option<&[[f64; 4]]>, sizes: &Sizes) -> PartLoss {

@@ -176,3 +176,24 @@ fn a_named_model_has_a_gain() {
     combine(&mut outcome, &answer);
     assert_eq!(outcome.reason, "no cause passes; the missing acceleration lasts 1.2 s, as sensor noise does");
 }
+
+/// A law common to drivers of different headways hardly reacts to the gap. The middle of their own laws does.
+#[test]
+fn drivers_who_differ_have_a_middle_that_no_common_law_has() {
+    let settings = |k: usize| [0.12, 0.5, 2.2, 0.8 + 0.8 * (0.618 * k as f64).fract()];
+    let driver = |k: usize| made_up::linear_driver(&format!("{k}.csv"), settings(k), 10.0 + 0.5 * k as f64);
+    let drives: Vec<Drive> = (0..24).map(driver).collect();
+    let field = Field::new(Parts::of(&drives, Unit::Driver), &Overrides::new(), 1);
+    let mut silent = |_: Progress| ControlFlow::Continue(());
+    let watching = Watching::new(&mut silent);
+    let base = field.law("l-cth".parse().expect("a law"), &watching).expect("fits");
+    let model = field.model(base.model.variant).expect("a model");
+    let surface = field.surface(&model, field.all(), Horizon::Window);
+    let common = &base.fits[OF_A_NAME].as_ref().expect("fitted").whole;
+    let middle = surface.values(&field.middle(&surface, surface.place(common), &watching).expect("can be simulated"));
+    let of = |values: &[f64], name: &str| {
+        values[model.symbols.iter().position(|symbol| symbol.name() == name).expect("of the law")]
+    };
+    assert!(of(common, "k_s") < 0.06, "{common:?}");
+    assert!((of(&middle, "k_s") - 0.12).abs() < 0.02 && (of(&middle, "t_h") - 1.2).abs() < 0.1, "{middle:?}");
+}
