@@ -34,7 +34,7 @@ pub fn linear_driver(name: &str, [k_s, k_v, d_0, t_h]: [f64; 4], period: f64) ->
     let mut s = d_0 + t_h * v;
     for i in 0..300 {
         let t = dt * f64::from(i);
-        let lead = 15.0 + 5.0 * (6.28 * t / period).sin();
+        let lead = 15.0 + 5.0 * (std::f64::consts::TAU * t / period).sin();
         writeln!(file, "{t:.1},{lead},{v},{s}").expect("memory");
         let a = k_s * (s - d_0 - t_h * v) + k_v * (lead - v);
         s += (lead - v) * dt;

@@ -85,6 +85,14 @@ pub struct Judged {
     pub mixture: Option<Mixture>,
 }
 
+/// What a model with causes is compared with.
+pub(super) struct Reference<'a> {
+    pub model: &'a Space,
+    pub judged: &'a Judged,
+    /// See [`Entry::added_places`].
+    pub added: &'a [(usize, f64)],
+}
+
 /// A model in the race.
 #[derive(Debug)]
 pub struct Entry {
@@ -382,8 +390,11 @@ impl Field {
                 judged.stops = self.collisions_at_stops(entry.model.variant, &fit.whole)?;
             }
             if let Some(judged) = fit.judged.as_mut().filter(|_| self.has_own_laws(horizon)) {
-                let of = reference.and_then(|of| Some((&of.model, of.fits[k].as_ref()?.judged.as_ref()?)));
-                self.judge_drivers(&model, horizon, judged, (&added, of), watching)?;
+                let of = reference.and_then(|of| {
+                    let judged = of.fits[k].as_ref()?.judged.as_ref()?;
+                    Some(Reference { model: &of.model, judged, added: &added })
+                });
+                self.judge_drivers(&model, horizon, judged, of, watching)?;
             }
         }
         entry.simulations += model.simulations();

@@ -4,7 +4,7 @@
 //! of those of the other drivers, under every model alike. A cause may be that of some drivers only: a model with causes is scored as a
 //! mixture of drivers with them, at one size, and drivers without.
 
-use super::fit::{Field, Judged};
+use super::fit::{Field, Judged, Reference};
 use super::loss::Losses;
 use super::mixture::{DriverFit, Mixture, Ratios, SIZES};
 use super::own::{OwnLaw, weight};
@@ -12,7 +12,7 @@ use super::policy::Policy;
 use super::surface::Surface;
 use super::{Entry, Horizon, OF_A_NAME};
 use crate::calibrate::descent::Walker;
-use crate::diagnose::likelihood::model::{Model, Space};
+use crate::diagnose::likelihood::model::Model;
 use crate::diagnose::{DiagnoseError, Watching};
 use crate::pooling::SPREAD;
 use rayon::prelude::*;
@@ -49,14 +49,14 @@ impl Field {
         model: &Model,
         horizon: Horizon,
         judged: &mut Judged,
-        (added, reference): (&[(usize, f64)], Option<(&Space, &Judged)>),
+        reference: Option<Reference<'_>>,
         watching: &Watching<'_>,
     ) -> Result<(), DiagnoseError> {
         for (fold, common) in judged.folds.iter().enumerate() {
             let left_out: Vec<bool> = self.parts.folds.iter().map(|own| *own == fold).collect();
             let surface = self.surface(model, &left_out, horizon);
             let common = surface.place(common);
-            let Some((space, reference)) = reference else {
+            let Some(of) = &reference else {
                 let trained = Surface { counts: &self.trained[fold], ..surface };
                 let middle = self.middle(&trained, common, watching)?;
                 for own in self.with_own_law(&surface, &middle, watching)? {
@@ -67,28 +67,28 @@ impl Field {
                 continue;
             };
             // Drivers with the causes are like the others in everything else.
-            let middle = surface.place(&model.adopt(space, &reference.middles[fold]));
+            let middle = surface.place(&model.adopt(of.model, &of.judged.middles[fold]));
             let at = |size: f64| {
                 let mut place = middle.clone();
-                for &(k, neutral) in added {
+                for &(k, neutral) in of.added {
                     place[k] = (neutral + size * (common[k] - neutral)).clamp(0.0, 1.0);
                 }
                 self.with_own_law(&surface, &place, watching)
             };
             let sizes: Vec<Vec<OwnFit>> = SIZES.into_iter().map(at).collect::<Result<_, DiagnoseError>>()?;
             for (driver, own) in sizes[0].iter().enumerate() {
-                let Some(of) = reference.drivers.iter().find(|of| of.unit == own.unit) else { continue };
+                let Some(base) = of.judged.drivers.iter().find(|base| base.unit == own.unit) else { continue };
                 let ratio = |k: usize| {
-                    let ratio = (of.cost - sizes[k][driver].cost) * self.weight(own.unit);
+                    let ratio = (base.cost - sizes[k][driver].cost) * self.weight(own.unit);
                     // A driver whom the reference cannot follow at all says nothing of the causes.
                     if ratio < f64::INFINITY { ratio } else { 0.0 }
                 };
                 let ratios = Some(std::array::from_fn(ratio));
-                judged.drivers.push(DriverFit { unit: own.unit, fold, cost: of.cost, ratios });
+                judged.drivers.push(DriverFit { unit: own.unit, fold, cost: base.cost, ratios });
             }
         }
-        if let Some((_, reference)) = reference {
-            judged.held.parts.clone_from(&reference.held.parts);
+        if let Some(of) = reference {
+            judged.held.parts.clone_from(&of.judged.held.parts);
             self.mix(judged);
         }
         Ok(())

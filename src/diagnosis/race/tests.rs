@@ -1,7 +1,9 @@
 use super::evidence::{ConfidenceSet, Rows, Table, table};
+use super::own::OwnLaw;
 use super::*;
 use crate::diagnose::{Effort, Verdict, made_up};
 use crate::judge::{Resamples, mean};
+use crate::pooling::SPREAD;
 use crate::result::diagnosis::Outcome;
 use crate::wgsl::extension_named;
 
@@ -196,4 +198,30 @@ fn drivers_who_differ_have_a_middle_that_no_common_law_has() {
     };
     assert!(of(common, "k_s") < 0.06, "{common:?}");
     assert!((of(&middle, "k_s") - 0.12).abs() < 0.02 && (of(&middle, "t_h") - 1.2).abs() < 0.1, "{middle:?}");
+}
+
+/// The loss of own parameters contains their penalty and what they say of the driver: with each parameter more, it grows.
+#[test]
+fn own_parameters_have_a_price() {
+    let drives = [made_up::drive("made_up.csv", 0.0)];
+    let field = Field::new(Parts::of(&drives, Unit::Driver), &Overrides::new(), 1);
+    let mut silent = |_: Progress| ControlFlow::Continue(());
+    let watching = Watching::new(&mut silent);
+    let model = field.model("l-cth".parse().expect("a law")).expect("a model");
+    let surface = field.surface(&model, field.all(), Horizon::Window);
+    let middle = vec![0.4; model.axes.len()];
+    let position = |name: &str| model.symbols.iter().position(|symbol| symbol.name() == name).expect("of the law");
+    let prices: Vec<f64> = [&["t_h"][..], &["t_h", "k_s"], &["t_h", "k_s", "d_0"]]
+        .into_iter()
+        .map(|own| {
+            let own: Vec<usize> = own.iter().map(|name| position(name)).collect();
+            let held: Vec<usize> = (0..middle.len()).filter(|k| !own.contains(k)).collect();
+            let law = OwnLaw::new(surface, (&middle, SPREAD), &held);
+            let found = law.found(&watching).expect("can be simulated").expect("completes the drive");
+            let (cost, losses) = law.judged(&watching).expect("can be simulated").expect("completes the drive");
+            assert!(mean(&losses.logs()) > found.cost, "the losses of the bins have it, too");
+            cost - found.cost
+        })
+        .collect();
+    assert!(prices[0] > 0.01 && prices.windows(2).all(|pair| pair[1] > pair[0]), "{prices:?}");
 }
