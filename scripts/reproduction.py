@@ -105,14 +105,14 @@ for offset, name in [(1, "constant"), (2, "MFC")]:
     print(f"\nScores with the {name} constraint against those without: {len(away)} pairs, {sum(x == 0 for x in away)} equal to the last bit, "
           f"{sum(x > 0.001 for x in away)} more than 0.1 % apart, the largest difference {100 * away[-1]:.2g} %.")
 
-print("\nBy the platoon of the calibration and that of the run:\n")
+print("\nBy the platoon of the calibration:\n")
 runs = read("complete/merged/validations.csv")
-ways = sorted({(row["platoon"], row["validation_platoon"]) for row in runs})
-print("| base | " + " | ".join(f"{own} on {other}" for own, other in ways) + " |\n|---|" + "---|" * len(ways))
+platoons = sorted({row["platoon"] for row in runs})
+print("| base | " + " | ".join(platoons) + " |\n|---|" + "---|" * len(platoons))
 for base in BASES:
-    hit = lambda way: [row["collision"] == "true" for row in runs if row["base"] == base and (row["platoon"], row["validation_platoon"]) == way]
+    hit = lambda platoon: [row["collision"] == "true" for row in runs if row["base"] == base and row["platoon"] == platoon]
     if any(row["base"] == base for row in runs):
-        print(f"| {base} | " + " | ".join(f"{sum(hit(way))} of {len(hit(way))}" for way in ways) + " |")
+        print(f"| {base} | " + " | ".join(f"{sum(hit(platoon))} of {len(hit(platoon))}" for platoon in platoons) + " |")
 
 bounded = [row for row in calibrations if row["constraint"] != "none" and row["replicate"] == "0" and row["success"] == "true"]
 touching = [row for row in bounded if int(row["n_cut_acc"]) + int(row["n_cut_dec"]) > 0]
@@ -143,4 +143,4 @@ for parameter in ["v_0", "d_0", "theta", "delta", "a_min", "tau_p", "tau_a"]:
 print("Winners without a constraint at a bound of Table 3: " + ", ".join(counts.values()) + ".")
 
 text = (work / "complete/report/report.md").read_text(encoding="utf-8")
-print("\n" + text[text.index("## Where it agrees"):text.index("## Table 4")].strip())
+print("\n" + text[text.index("## Where it agrees"):text.index("## The variants")].strip())
