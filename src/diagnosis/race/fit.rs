@@ -85,7 +85,7 @@ pub struct Judged {
     pub mixture: Option<Mixture>,
 }
 
-/// What a model with causes is compared with.
+/// The model with which one with causes is compared.
 pub(super) struct Reference<'a> {
     pub model: &'a Space,
     pub judged: &'a Judged,

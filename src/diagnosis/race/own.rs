@@ -73,7 +73,7 @@ impl<'a> OwnLaw<'a> {
             let (k, l) = (free[i], free[j]);
             curvature[(k, l)] / (2.0 * (weights[k] * weights[l]).sqrt())
         };
-        // What the drives and the middle say of the parameters, relative to what the middle says.
+        // Information on the parameters from the drives and the middle, relative to that from the middle alone.
         let information = DMatrix::from_fn(free.len(), free.len(), relative).determinant();
         let price = 0.5 * information.max(1.0).ln() / self.weight;
         let mut losses = self.near.surface.losses(&[self.near.surface.values(&place)])?.remove(0);

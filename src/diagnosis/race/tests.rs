@@ -200,7 +200,7 @@ fn drivers_who_differ_have_a_middle_that_no_common_law_has() {
     assert!((of(&middle, "k_s") - 0.12).abs() < 0.02 && (of(&middle, "t_h") - 1.2).abs() < 0.1, "{middle:?}");
 }
 
-/// The loss of own parameters contains their penalty and what they say of the driver: with each parameter more, it grows.
+/// Own parameters have a price, which grows with their number.
 #[test]
 fn own_parameters_have_a_price() {
     let drives = [made_up::drive("made_up.csv", 0.0)];
