@@ -20,5 +20,5 @@ pub(crate) use compose::shader;
 pub use compose::{DECAY, Precision, Recipe, Source};
 pub use extension::{extension_named, laws, library, read_extension};
 pub use model::{ModelError, law_file, law_with, read_law, read_model};
-pub use own_names::member;
 pub(crate) use own_names::memory_of;
+pub use own_names::{is_member, member};

@@ -7,9 +7,11 @@ use crate::symbols::Symbol;
 use naga::keywords::wgsl::RESERVED;
 use std::collections::HashSet;
 
+const SEPARATOR: &str = "__";
+
 /// Prefix of the names of an extension. No name of an extension contains `__` or ends in `_`, so names of two extensions never coincide.
 pub(super) fn prefix(extension: &str) -> String {
-    format!("{extension}__")
+    extension.to_owned() + SEPARATOR
 }
 
 /// Member of `Params` for a parameter.
@@ -17,6 +19,17 @@ pub fn member(symbol: Symbol) -> String {
     match symbol {
         Symbol::Extension(row) => prefix(&row.extension) + &row.name,
         _ => symbol.name().to_owned(),
+    }
+}
+
+/// True for the member of `Params` for a parameter, without composing it.
+pub fn is_member(symbol: Symbol, name: &str) -> bool {
+    match symbol {
+        Symbol::Extension(row) => {
+            let own = name.strip_prefix(row.extension.as_str()).and_then(|name| name.strip_prefix(SEPARATOR));
+            own == Some(row.name.as_str())
+        }
+        _ => name == symbol.name(),
     }
 }
 

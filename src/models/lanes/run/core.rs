@@ -12,7 +12,7 @@ use crate::evaluator::{
 };
 use crate::lanes::compile::error::LanesError;
 use crate::lanes::compile::model::Model;
-use crate::wgsl::member;
+use crate::wgsl::is_member;
 use rayon::prelude::*;
 use std::sync::Mutex;
 
@@ -62,7 +62,7 @@ impl<T: Real, const L: usize> Blocks<T, L> {
 
     fn take(&self, longest: usize) -> Box<Workspace<T, L>> {
         let idle = self.idle.lock().map_or(None, |mut idle| idle.pop());
-        idle.unwrap_or_else(|| Box::new(Workspace::new(&self.program.model, longest)))
+        idle.unwrap_or_else(|| Box::new(Workspace::new(&self.program, longest)))
     }
 
     fn put(&self, workspace: Box<Workspace<T, L>>) {
@@ -123,8 +123,8 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     /// For each job, the column of each of the model's parameters.
     fn columns(&self, jobs: &[Job<'_>]) -> Vec<Vec<Option<usize>>> {
         let columns = |job: &Job| {
-            let members: Vec<String> = job.population.symbols().iter().map(|symbol| member(*symbol)).collect();
-            self.model.parameters.iter().map(|(name, _)| members.iter().position(|member| member == name)).collect()
+            let column = |name: &str| job.population.symbols().iter().position(|symbol| is_member(*symbol, name));
+            self.model.parameters.iter().map(|(name, _)| column(name)).collect()
         };
         jobs.iter().map(columns).collect()
     }

@@ -11,12 +11,16 @@ use super::sums::{Settings, Sums, Went};
 use super::tables::Lookups;
 use crate::evaluator::{Job, Observer, status};
 use crate::extension::{Initial, Signal};
+use crate::lanes::compile::code::Row;
 use crate::lanes::compile::model::Model;
 
 /// A model ready for blocks of L lanes.
 #[derive(Debug, Clone)]
 pub struct Program<T, const L: usize> {
     pub model: Model,
+    literals: Vec<(T, Row)>,
+    /// Initial values of the memory, where they are numbers.
+    memory: Vec<T>,
     prologue: Instructions<T, L>,
     steps: [Instructions<T, L>; 2],
     start: Instructions<T, L>,
@@ -25,7 +29,13 @@ pub struct Program<T, const L: usize> {
 impl<T: Real, const L: usize> Program<T, L> {
     pub fn new(model: &Model, set: InstructionSet) -> Self {
         let ready = |steps: &[_]| Instructions::new(steps, set, model.rows);
+        let initial = |initial: &Initial| match *initial {
+            Initial::Value(value) => T::literal(value),
+            Initial::Measured(_) => T::ZERO,
+        };
         Program {
+            literals: model.literals.iter().map(|(value, row)| (T::literal(*value), *row)).collect(),
+            memory: model.memory.iter().map(initial).collect(),
             prologue: ready(&model.prologue),
             steps: [ready(&model.steps[0].code), ready(&model.steps[1].code)],
             start: ready(&model.start),
@@ -117,9 +127,11 @@ pub struct Workspace<T, const L: usize> {
 }
 
 impl<T: Real, const L: usize> Workspace<T, L> {
-    pub fn new(model: &Model, longest: usize) -> Self {
+    pub fn new(program: &Program<T, L>, longest: usize) -> Self {
+        let mut registers = Registers::new(program.model.rows);
+        program.literals.iter().for_each(|(value, row)| registers.row_mut(*row).fill(*value));
         Workspace {
-            registers: Registers::new(model.rows),
+            registers,
             ring: vec![[Lane::ZERO; 2]; (longest + 2).next_power_of_two()],
             back: [0; L],
             back_row: Lane::ZERO,
@@ -156,9 +168,6 @@ impl<T: Real, const L: usize> Workspace<T, L> {
 
     /// Rows of the block's candidates. Lanes beyond them repeat the last, unread: a step takes less time if no lane is closed.
     fn load(&mut self, program: &Program<T, L>, what: &Run<'_, T>) {
-        for (value, row) in &program.model.literals {
-            self.registers.row_mut(*row).fill(T::literal(*value));
-        }
         for (value, row) in what.stream.job.iter().zip(program.model.job) {
             self.registers.row_mut(row).fill(*value);
         }
@@ -506,25 +515,30 @@ fn start<T: Real, const L: usize>(
         w.registers.row_mut(*row).fill(value);
     }
     w.registers.execute(&program.start);
+    let measured = [0, 1, 2].map(|k| stream.measured[k][t]);
+    let history = what.history.map(|(begin, states)| states[t - begin]);
+    let homes = &model.homes[home];
+    let (motion, memory) = homes.split_at(homes.len() - model.memory.len());
+    let waits = w.first.map(|first| t < first);
+    for ((row, initial), number) in memory.iter().zip(&model.memory).zip(&program.memory) {
+        let value = match initial {
+            Initial::Value(_) => *number,
+            Initial::Measured(Signal::S) => measured[0],
+            Initial::Measured(Signal::Vf) => measured[1],
+            Initial::Measured(Signal::Vl) => stream.v_l[t],
+            Initial::Measured(Signal::Af) => measured[2],
+        };
+        let lanes = w.registers.row_mut(*row).iter_mut().zip(waits);
+        lanes.filter(|(_, waits)| *waits).for_each(|(lane, _)| *lane = value);
+    }
     let mut closed = 0;
-    for lane in (0..L).filter(|lane| t < w.first[*lane]).collect::<Vec<_>>() {
-        let computed = [w.registers.row(model.start_s)[lane], stream.measured[1][t], stream.measured[2][t]];
-        let mut state = what.history.map_or(computed, |(begin, states)| states[t - begin]);
+    for lane in (0..L).filter(|lane| waits[*lane]) {
+        let mut state = history.unwrap_or([w.registers.row(model.start_s)[lane], measured[1], measured[2]]);
         if let Some(kick) = what.kicks.get(lane).filter(|_| t + 1 == w.first[lane]) {
             state = [0, 1, 2].map(|k| state[k] + kick[k]);
         }
-        let motion = model.homes[home].len() - model.memory.len();
-        for (k, row) in model.homes[home].iter().enumerate() {
-            w.registers.row_mut(*row)[lane] = match k.checked_sub(motion) {
-                None => state.get(k).copied().unwrap_or(T::ZERO),
-                Some(k) => match model.memory[k] {
-                    Initial::Value(value) => T::literal(value),
-                    Initial::Measured(Signal::S) => stream.measured[0][t],
-                    Initial::Measured(Signal::Vf) => stream.measured[1][t],
-                    Initial::Measured(Signal::Vl) => stream.v_l[t],
-                    Initial::Measured(Signal::Af) => stream.measured[2][t],
-                },
-            };
+        for (k, row) in motion.iter().enumerate() {
+            w.registers.row_mut(*row)[lane] = state.get(k).copied().unwrap_or(T::ZERO);
         }
         w.sums.residual[0].0[lane] = T::ZERO;
         w.sums.residual[1].0[lane] = T::ZERO;
