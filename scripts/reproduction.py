@@ -64,8 +64,11 @@ for base in [*BASES, "all"]:
     if values:
         print(f"| {base} | {len(values)} | {100 * statistics.median(values):.1g} % | {100 * values[int(0.95 * (len(values) - 1))]:.1g} % | "
               f"{100 * values[-1]:.3g} % | {sum(cv > 0.01 for cv in values)} |")
-print("\nAbove 0.1 %: " + (", ".join(f"{key[0]} `{key[1]}` on {key[3]}-{key[4]} {100 * cv:.2f} %"
-                                  for key, cv in sorted(spread.items(), key=lambda item: -item[1]) if cv > 0.001) or "none") + ".")
+print("\nAbove 1 %: " + (", ".join(f"{key[0]} `{key[1]}` on {key[3]}-{key[4]} {100 * cv:.2f} %"
+                                for key, cv in sorted(spread.items(), key=lambda item: -item[1]) if cv > 0.01) or "none") + ".")
+above = [score / min(x) - 1 for key, x in cells.items() if key in spread for score in x]
+within = [f"{sum(ratio <= limit for ratio in above) / len(above):.1%} within {limit:.1%}" for limit in (1e-3, 1e-2)]
+print(f"Replicates by their distance from the lowest score of the surface: {', '.join(within)}, the farthest {max(above):.1%} above it.")
 
 four = {int(row["model_id"]): row for row in read("complete/report/table4.csv")}
 five = {int(row["model_id"]): row for row in read("complete/report/table5.csv")}
