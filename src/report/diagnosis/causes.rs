@@ -1,7 +1,6 @@
 //! The causes that were tried, and the verdict.
 
 use super::short::parameter;
-use crate::diagnose::Verdict;
 use crate::report::text::wrapped;
 use crate::result::diagnosis::recommended::Trial;
 use crate::result::diagnosis::{CauseEntry, NotTriedEntry, Outcome};
@@ -46,21 +45,13 @@ pub(in crate::internal::report) fn meaning(parameter: &str) -> &'static str {
     Symbol::from_name(parameter).or_else(own).map_or("", Symbol::meaning)
 }
 
-pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
-    let title = match outcome.verdict {
-        Verdict::Named => "NAMED",
-        Verdict::Ambiguous => "AMBIGUOUS: these data do not distinguish the causes below",
-        Verdict::Nothing => "NOTHING: these drives show no missing cause",
-        Verdict::NotTestable => "NOT TESTABLE with these data",
-        Verdict::Unexplained => "UNEXPLAINED: the model errs, and no built-in cause explains why",
-        Verdict::BadBase => "NO VERDICT: the base model does not fit",
-    };
+pub(super) fn verdict(text: &mut String, outcome: &Outcome) {
+    let mut reason = outcome.reason.clone();
     if let Some(first) = outcome.data_first() {
         text.push_str(&wrapped(0, 2, &format!("CHECK THE DATA FIRST. {first}")));
-        text.push_str("\nTentative verdict: ");
+        reason = format!("Tentative verdict: {reason}");
     }
-    writeln!(text, "{title}")?;
-    text.push_str(&wrapped(0, 2, &outcome.reason));
+    text.push_str(&wrapped(0, 2, &reason));
     for cause in &outcome.causes {
         one(text, outcome, cause);
     }
@@ -73,7 +64,6 @@ pub(super) fn verdict(text: &mut String, outcome: &Outcome) -> Result {
             text.push_str(&wrapped(0, 2, &format!("{what}: {list}")));
         }
     }
-    Ok(())
 }
 
 /// Causes that could not be tried, by reason.

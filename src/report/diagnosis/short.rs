@@ -272,14 +272,20 @@ fn happens_once(cause: &str) -> bool {
 
 /// The gain of named causes that are not recommended.
 pub(in crate::internal::report) fn unconfirmed(gain: &ClosedLoopGain) -> String {
-    let [falls, low, high] = percent(gain);
-    format!("With it, the error on unseen drives falls by {falls:.0} % [{low:.0}, {high:.0}].")
+    format!("With it, {}.", change(gain))
 }
 
-/// By how much the error falls \[%\], with the interval.
-fn percent(gain: &ClosedLoopGain) -> [f64; 3] {
-    let [low, high] = gain.interval;
-    [gain.base - gain.extended, low, high].map(|difference| 100.0 * difference / gain.base)
+/// The change of the error on unseen drives, with its interval.
+fn change(gain: &ClosedLoopGain) -> String {
+    // Adding 0 makes -0 positive.
+    let percent = |difference: f64| (100.0 * difference / gain.base).round() + 0.0;
+    let [low, high] = gain.interval.map(percent);
+    match percent(gain.base - gain.extended) {
+        falls if falls < 0.0 => {
+            format!("the error on unseen drives rises by {} % [{}, {}]", -falls, 0.0 - high, 0.0 - low)
+        }
+        falls => format!("the error on unseen drives falls by {falls} % [{low}, {high}]"),
+    }
 }
 
 fn recommendation(outcome: &Outcome, recommended: &Recommended) -> [String; 2] {
@@ -291,14 +297,13 @@ fn recommendation(outcome: &Outcome, recommended: &Recommended) -> [String; 2] {
     };
     let one = |cause: &RecommendedCause| in_words(&cause.name, &meaning(cause), &cause.parameters);
     let causes: Vec<String> = recommended.causes.iter().map(one).collect();
-    let [falls, low, high] = percent(&recommended.gain);
     // One entry per driver of a fleet, otherwise per file.
     let (all, of) = (recommended.per_drive.len(), if outcome.fleet.is_some() { "drivers" } else { "files" });
     let better = recommended.per_drive.iter().filter(|drive| drive.extended < drive.base).count();
     let each = if all > 1 { format!("; it is smaller on {better} of {all} {of}") } else { String::new() };
     [
         format!("Recommended: {base} with {}.", causes.join(" and ")),
-        format!("With it, the error on unseen drives falls by {falls:.0} % [{low:.0}, {high:.0}]{each}."),
+        format!("With it, {}{each}.", change(&recommended.gain)),
     ]
 }
 

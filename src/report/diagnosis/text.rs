@@ -68,7 +68,7 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     }
     heading(text, "3. What explains it?");
     causes::race(text, outcome)?;
-    causes::verdict(text, outcome)?;
+    causes::verdict(text, outcome);
     heading(text, "4. The model with it");
     models(text, outcome, beside.again.as_ref())?;
     heading(text, "5. The gain on unseen drives");
@@ -118,8 +118,8 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
         text.push_str(&format!("Files not listed: {}, with faults: {faulty}\n", more.len()));
     }
     if !shared.is_empty() {
-        text.push_str("All drives:\n");
-        shared.iter().for_each(|note| text.push_str(&wrapped(2, 4, note)));
+        let shared: Vec<&str> = shared.into_iter().map(String::as_str).collect();
+        text.push_str(&wrapped(0, 2, &format!("All drives: {}", shared.join("; "))));
     }
     let can_be_corrected =
         |f: &FindingEntry| f.correction.is_none() && f.remedies.iter().any(|remedy| *remedy == CORRECT.id());
