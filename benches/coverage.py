@@ -24,7 +24,7 @@ def run(*words):
 
 
 def recovered(folder):
-    """Truth, estimate and interval (`None` where there is none) of every driver, by column."""
+    """Truth, estimate and interval (`None` if there is none) of every driver, by column."""
     truth = {row["trajectory"]: row for row in csv.DictReader(open(f"{folder}/truth.csv"))}
     found = {column: [] for column in PARAMETERS}
     for row in csv.DictReader(open(f"{folder}/out/parameters.csv")):
