@@ -53,7 +53,43 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     text.push_str(&data(&outcome.data, &outcome.data_findings, beside.trained));
     outcome.fleet.iter().for_each(|fleet| text.push_str(&wrapped(0, 2, &fleet_in_words(fleet))));
     text.push_str(&wrapped(0, 2, &outcome.held_back));
-    heading(text, "2. What is wrong, and where?");
+    section(text, "2. What is wrong, and where?", |text| {
+        wrong(text, outcome);
+        Ok(())
+    })?;
+    section(text, "3. What explains it?", |text| {
+        causes::race(text, outcome)?;
+        causes::verdict(text, outcome);
+        Ok(())
+    })?;
+    section(text, "4. The model with it", |text| models(text, outcome, beside.again.as_ref()))?;
+    section(text, "5. The gain on unseen drives", |text| held_back(text, &outcome.base_held_back))?;
+    section(text, "6. What is left", |text| {
+        left(text, outcome);
+        Ok(())
+    })?;
+    text.push('\n');
+    let Outcome { simulations, seed, effort, program, convention, .. } = outcome;
+    text.push_str(&wrapped(
+        0,
+        2,
+        &format!("{simulations} simulations, convention {convention}, seed {seed}, effort {effort}, {program}"),
+    ));
+    Ok(())
+}
+
+/// A section with its title, or nothing if the section is empty.
+fn section(text: &mut String, title: &str, write: impl FnOnce(&mut String) -> std::fmt::Result) -> std::fmt::Result {
+    let mut body = String::new();
+    write(&mut body)?;
+    if !body.is_empty() {
+        write!(text, "\n{title}\n{body}")?;
+    }
+    Ok(())
+}
+
+/// The errors of the base, and the acceleration that it lacks.
+fn wrong(text: &mut String, outcome: &Outcome) {
     for entry in &outcome.broken_off {
         text.push_str(&wrapped(0, 2, &entry.told()));
     }
@@ -66,26 +102,6 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
     if let Some(missing) = &outcome.missing {
         text.push_str(&wrapped(0, 2, &acceleration(missing)));
     }
-    heading(text, "3. What explains it?");
-    causes::race(text, outcome)?;
-    causes::verdict(text, outcome);
-    heading(text, "4. The model with it");
-    models(text, outcome, beside.again.as_ref())?;
-    heading(text, "5. The gain on unseen drives");
-    held_back(text, &outcome.base_held_back)?;
-    heading(text, "6. What is left");
-    left(text, outcome);
-    let Outcome { simulations, seed, effort, program, convention, .. } = outcome;
-    text.push_str(&wrapped(
-        0,
-        2,
-        &format!("{simulations} simulations, convention {convention}, seed {seed}, effort {effort}, {program}"),
-    ));
-    Ok(())
-}
-
-fn heading(text: &mut String, title: &str) {
-    text.push_str(&format!("\n{title}\n"));
 }
 
 /// The section on the data; `trained` as in [`Beside`]. Notes that all drives share are written once.
