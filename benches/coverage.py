@@ -51,7 +51,8 @@ def rank_correlation(drives):
 def main():
     program, shared = sys.argv[1:3]
     names = " | ".join(PARAMETERS.values())
-    print("Per fleet: share of intervals with the truth (drives that determine the parameter); rank correlation over these; medians (truth).\n")
+    print("Three rows per fleet: share of the intervals that contain the truth (drives that determine the parameter);")
+    print("rank correlation of estimate and truth over these drives; median estimate (truth).\n")
     print(f"| drives | noise lasts | {names} |\n|---|---|{'---|' * len(PARAMETERS)}")
     for drives, shortest, longest in FLEETS:
         for noise, lasts in NOISES.items():

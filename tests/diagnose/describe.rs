@@ -190,6 +190,8 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
     assert!(said.contains("a.csv [train] follower 1, 0.0 to 120.0 s, held back from 80.0 s\n"), "{said}");
     assert!(said.contains("b.csv [train] follower 1, 0.0 to 120.0 s, held back from 79.9 s\n"), "{said}");
     assert_eq!(said.matches("no contradictions found").count(), 1, "{said}");
+    // Without errors to describe, the section has no title.
+    assert!(!said.contains("2. What is wrong") && said.contains("\n3. What explains it?\n"), "{said}");
     let rows: Vec<&str> = said.lines().filter(|line| line.starts_with("  v_0 ")).collect();
     let row = "  v_0  m/s  60.0000*                 60.0000";
     assert!(rows == [row] && said.contains("  * at its bound\n"), "{said}");

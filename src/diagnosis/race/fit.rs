@@ -98,7 +98,7 @@ pub(super) struct Reference<'a> {
 pub struct Entry {
     /// Its causes, in the order in which they were found.
     pub causes: Vec<&'static Extension>,
-    /// The model, without the drives: together, copies of all drives for each model of a race would fill the memory.
+    /// The model, without the drives: a copy of all drives in every model of a race would fill the memory.
     pub model: Space,
     /// Number of simulated candidates so far, over one part each.
     pub simulations: u64,

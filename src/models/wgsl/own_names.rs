@@ -14,23 +14,22 @@ pub(super) fn prefix(extension: &str) -> String {
     extension.to_owned() + SEPARATOR
 }
 
+/// Parts of the member of `Params` for a parameter.
+fn parts(symbol: Symbol) -> [&'static str; 3] {
+    match symbol {
+        Symbol::Extension(row) => [&row.extension, SEPARATOR, &row.name],
+        _ => ["", "", symbol.name()],
+    }
+}
+
 /// Member of `Params` for a parameter.
 pub fn member(symbol: Symbol) -> String {
-    match symbol {
-        Symbol::Extension(row) => prefix(&row.extension) + &row.name,
-        _ => symbol.name().to_owned(),
-    }
+    parts(symbol).concat()
 }
 
 /// True for the member of `Params` for a parameter, without composing it.
 pub fn is_member(symbol: Symbol, name: &str) -> bool {
-    match symbol {
-        Symbol::Extension(row) => {
-            let own = name.strip_prefix(row.extension.as_str()).and_then(|name| name.strip_prefix(SEPARATOR));
-            own == Some(row.name.as_str())
-        }
-        _ => name == symbol.name(),
-    }
+    parts(symbol).iter().try_fold(name, |rest, part| rest.strip_prefix(part)) == Some("")
 }
 
 /// Member of `Memory` for the state of an extension.

@@ -277,15 +277,15 @@ pub(in crate::internal::report) fn unconfirmed(gain: &ClosedLoopGain) -> String 
 
 /// The change of the error on unseen drives, with its interval.
 fn change(gain: &ClosedLoopGain) -> String {
+    let [low, high] = gain.interval;
+    let [falls, low, high] = [gain.base - gain.extended, low, high].map(|difference| 100.0 * difference / gain.base);
+    let (changes, values) = match falls.round() < 0.0 {
+        true => ("rises", [-falls, -high, -low]),
+        false => ("falls", [falls, low, high]),
+    };
     // Adding 0 makes -0 positive.
-    let percent = |difference: f64| (100.0 * difference / gain.base).round() + 0.0;
-    let [low, high] = gain.interval.map(percent);
-    match percent(gain.base - gain.extended) {
-        falls if falls < 0.0 => {
-            format!("the error on unseen drives rises by {} % [{}, {}]", -falls, 0.0 - high, 0.0 - low)
-        }
-        falls => format!("the error on unseen drives falls by {falls} % [{low}, {high}]"),
-    }
+    let [change, low, high] = values.map(|value| value.round() + 0.0);
+    format!("the error on unseen drives {changes} by {change} % [{low}, {high}]")
 }
 
 fn recommendation(outcome: &Outcome, recommended: &Recommended) -> [String; 2] {
