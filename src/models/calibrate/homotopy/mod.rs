@@ -2,12 +2,13 @@
 //!
 //! A goodness of fit is a sum of norms of residuals, so their derivatives give both its gradient and most of its curvature. Alone, such
 //! steps end in the basin in which they start. If the simulated follower is pulled to the measured one after each step, all starts find the
-//! same basin; as the pull decreases, they follow it. Runs continue beyond a collision with a penalty, because a score that ends there has
+//! same basin; as the pull decreases, they follow it. A search by this is followed by one from its best point with one coordinate moved,
+//! because basins often differ in one parameter, and so on in turn. Runs continue beyond a collision with a penalty, because a score that ends there has
 //! no slope out of it. When enough searches agree, the calibration ends.
 //!
 //! 1. Here: searches are repeated until enough agree.
 //! 2. `record`: their effort and results, and the criterion to stop.
-//! 3. `round`: one search, from random points to the basins that it finds.
+//! 3. `round`: one search, from its starts to the basins that it finds.
 //! 4. `ending`: from a basin to its lowest exact score.
 //!
 //! `descent` and `step` are the Levenberg-Marquardt method, `objective` is their objective, and `together` simulates what several searches need.
@@ -30,7 +31,6 @@ use ending::Basin;
 pub use objective::DIFFERENCE;
 use objective::{ACROSS, Objective};
 use record::Record;
-use round::Kind;
 use std::future::Future;
 use std::ops::ControlFlow;
 use std::pin::Pin;
@@ -38,13 +38,11 @@ use together::{Queue, run};
 
 /// Searches at most.
 const SEARCHES: usize = 8;
-/// Kinds of the first searches; those that follow are of the kind that found the lowest score.
-const FIRST: [Kind; 2] = [Kind::Direct, Kind::Homotopy];
-/// Two searches agree if their scores differ by no more than this share of the lower one, or of [`FLOOR`]: descents along the edge of the
+/// Searches agree if their scores differ by no more than this share of the lower one, or of [`FLOOR`]: descents along the edge of the
 /// feasible region leave nearly as much.
 const AGREEMENT: f64 = 1e-3;
 /// Number of searches that have to agree; one more for each other basin in which some ended.
-const AGREEING: usize = 2;
+const AGREEING: usize = 3;
 
 /// The longest step of coarse runs \[s\]: three times that of most drives. Steps of 0.5 s miss optima. A law that is
 /// unstable in such steps is still found, by the ends of searches.
@@ -169,17 +167,11 @@ async fn one(
 impl Search<'_> {
     /// Searches until enough agree; true if they do.
     async fn is_settled(&mut self) -> Result<bool, CalibrateError> {
-        let (mut found, mut kinds) = (Vec::<f64>::new(), Vec::<Kind>::new());
-        for round in 0..SEARCHES {
-            let best = (0..found.len()).min_by(|a, b| found[*a].total_cmp(&found[*b]));
-            let kind = FIRST.get(round).copied().or(best.map(|best| kinds[best])).expect("the first are given");
-            kinds.push(kind);
-            found.push(self.round(round as u64, kind).await?);
+        let mut found = Vec::new();
+        while found.len() < SEARCHES && !agree(&found) {
+            found.push(self.round(found.len()).await?);
             if self.record.stopped.is_some() {
                 return Ok(false);
-            }
-            if agree(&found) {
-                break;
             }
         }
         self.polish().await?;
@@ -211,23 +203,23 @@ mod tests {
     use super::agree;
 
     #[test]
-    fn two_searches_agree_and_one_more_for_each_other_basin() {
+    fn three_searches_agree_and_one_more_for_each_other_basin() {
         let inf = f64::INFINITY;
         for (found, expected) in [
             (&[][..], false),
-            (&[0.5], false),
-            (&[0.5, 0.500_4], true),
-            (&[0.5, 0.500_6], false),
-            (&[0.6, 0.5, 0.5], false),
-            (&[0.6, 0.5, 0.5, 0.5], true),
-            (&[0.6, 0.600_1, 0.5, 0.5, 0.5], true),
-            (&[0.6, 0.7, 0.5, 0.5, 0.5], false),
-            (&[inf, inf], false),
-            (&[inf, inf, 0.5, 0.5, 0.5], false),
-            (&[inf, inf, 0.5, 0.5, 0.5, 0.5], true),
+            (&[0.5, 0.5], false),
+            (&[0.5, 0.500_4, 0.5], true),
+            (&[0.5, 0.500_6, 0.5], false),
+            (&[0.6, 0.5, 0.5, 0.5], false),
+            (&[0.6, 0.5, 0.5, 0.5, 0.5], true),
+            (&[0.6, 0.600_1, 0.5, 0.5, 0.5, 0.5], true),
+            (&[0.6, 0.7, 0.5, 0.5, 0.5, 0.5], false),
+            (&[inf, inf, inf], false),
+            (&[inf, inf, 0.5, 0.5, 0.5, 0.5], false),
+            (&[inf, inf, 0.5, 0.5, 0.5, 0.5, 0.5], true),
             // Scores near 0 are compared with the floor.
-            (&[1e-9, 1e-5], true),
-            (&[1e-9, 1.1e-5], false),
+            (&[1e-9, 1e-5, 1e-5], true),
+            (&[1e-9, 1e-5, 1.1e-5], false),
         ] {
             assert_eq!(agree(found), expected, "{found:?}");
         }

@@ -1,4 +1,4 @@
-//! One search: from random points down into the basins that it finds.
+//! One search: from its starts down into the basins that it finds.
 
 use super::Search;
 use super::descent::{APART, Course, Shared, Walker, Watch, descend_on, turn};
@@ -7,12 +7,12 @@ use super::record::Record;
 use crate::calibrate::CalibrateError;
 use crate::evaluator::Pull;
 use crate::optimize::stream;
-use rand::RngExt;
+use rand::{Rng, RngExt};
 
-/// Number of random points at the start of a search, and the share of all evaluations that they may use.
+/// Number of random points at the start of a pulled search, and the share of all evaluations that they may use.
 const SCREENED: usize = 96;
 const SCREENING: f64 = 0.25;
-/// Number of these that descend, without a pull and under one, which brings them together; their root mean square distance over the
+/// Number of starts that descend, without a pull and under one, which brings them together; their root mean square distance over the
 /// coordinates is at least [`APART`].
 const STARTS: usize = 10;
 const PULLED: usize = 6;
@@ -34,15 +34,6 @@ const WEAK: f64 = 0.003;
 /// At changes to a weaker pull, points whose cost exceeds this multiple of the best are dropped.
 const BEHIND: [f64; 2] = [1.5, 1.25];
 
-/// How points descend.
-#[derive(Debug, Clone, Copy)]
-pub enum Kind {
-    /// Without a pull.
-    Direct,
-    /// Under a pull that fades.
-    Homotopy,
-}
-
 /// Removes points that have met a better one, and stops those that have entered one of these basins.
 struct Merging<'r, 'a> {
     record: &'r mut Record<'a>,
@@ -61,27 +52,26 @@ impl Watch for Merging<'_, '_> {
 }
 
 impl Search<'_> {
-    /// The lowest exact score of one search; infinite if it is stopped or finds nothing.
-    pub(super) async fn round(&mut self, round: u64, kind: Kind) -> Result<f64, CalibrateError> {
+    /// The lowest exact score of one search; infinite if it is stopped or finds nothing. Every other one is pulled, from random points; the
+    /// others start near the best point so far.
+    pub(super) async fn round(&mut self, round: usize) -> Result<f64, CalibrateError> {
         let settings = self.record.settings;
-        let mut rng = stream(settings.seed, self.record.number, round, 0);
+        let mut rng = stream(settings.seed, self.record.number, round as u64, 0);
         let n = self.smooth.dimensions();
         let screened = SCREENED.min((SCREENING * settings.stop.max_evaluations as f64) as usize);
-        let places: Vec<Vec<f64>> = (0..screened).map(|_| (0..n).map(|_| rng.random()).collect()).collect();
-        let walkers = match kind {
-            Kind::Direct => self.directly(&places).await?,
-            Kind::Homotopy => self.homotopy(&places).await?,
+        let is_pulled = round % 2 == 0;
+        let starts: Vec<Vec<f64>> = match &self.record.best {
+            Some((best, _)) if !is_pulled => moved(best, &mut rng),
+            _ => (0..screened).map(|_| (0..n).map(|_| rng.random()).collect()).collect(),
         };
+        let walkers = if is_pulled { self.homotopy(&starts).await? } else { self.directly(&starts).await? };
         self.finish(merged(walkers), FINAL).await
     }
 
-    /// Without a pull: enough for most surfaces, and the first result of every search.
+    /// Without a pull.
     async fn directly(&mut self, places: &[Vec<f64>]) -> Result<Vec<Walker>, CalibrateError> {
         let pull = pulled(0.0);
         let mut starts = self.best_starts(places, pull, STARTS).await?;
-        if self.record.best.is_none() && self.record.stopped.is_none() {
-            self.score_exactly(&starts).await?;
-        }
         let mut walkers = Vec::new();
         for (turns, kept) in DIRECT {
             let course = Course { pull, turns, tolerance: ROUGH };
@@ -128,8 +118,26 @@ impl Search<'_> {
         let costs = self.coarse.costs(places, pull).await?;
         let left = self.record.settings.stop.max_evaluations.saturating_sub(self.record.evaluations) as usize;
         let affordable = (left / (SOME_TURNS * turn(self.smooth.dimensions()))).clamp(1, most);
-        Ok(best_apart(places, &costs, affordable))
+        let starts = best_apart(places, &costs, affordable);
+        if self.record.best.is_none() && self.record.stopped.is_none() {
+            self.score_exactly(&starts).await?;
+        }
+        Ok(starts)
     }
+}
+
+/// Copies of a point with one coordinate moved: anywhere, to its lower half, and to its upper half.
+fn moved(best: &[f64], rng: &mut impl Rng) -> Vec<Vec<f64>> {
+    let mut places = Vec::new();
+    for i in 0..best.len() {
+        let x: f64 = rng.random();
+        for x in [x, 0.5 * x, 0.5 + 0.5 * x] {
+            let mut place = best.to_vec();
+            place[i] = x;
+            places.push(place);
+        }
+    }
+    places
 }
 
 /// The best points at this distance from each other, at most this many.
