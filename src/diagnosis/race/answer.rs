@@ -4,6 +4,7 @@ use super::fit::Entry;
 use super::loss::{Losses, PartLoss, SIGNALS};
 use super::{Answer, HORIZONS, Horizon, Named, OF_A_NAME, Policy, Request, is_same, lasts};
 use crate::diagnose::answer::experiment;
+use crate::diagnose::drive::ahead::BRAKING;
 use crate::diagnose::likelihood::model::{LEAD, is_lead};
 use crate::diagnose::search::skipped::Untried;
 use crate::diagnose::{DiagnoseError, Drive, Verdict};
@@ -221,8 +222,10 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
         safe: own_collisions == 0 && own_stops == 0,
         safe_reason: format!(
             "on left-out data it comes closer than 0.1 m to the car ahead in {own_collisions} of {} parts, the base in {base_collisions}; if the \
-             car ahead brakes to a standstill at 2 m/s², in {own_stops} and {base_stops}",
-            own.parts.len()
+             car ahead brakes to a standstill, {}, in {own_stops} and {base_stops} of {} stops",
+            own.parts.len(),
+            how_it_stops(),
+            BRAKING.len() * own.parts.len(),
         ),
         bounds: own_positions.iter().map(bound).collect(),
         causes: entry.causes.iter().map(cause).collect(),
@@ -247,7 +250,12 @@ fn gain(answer: &Answer, entry: &Entry) -> Option<ClosedLoopGain> {
     })
 }
 
-/// Number of parts in which a model collides when the car ahead stops.
+/// The decelerations of the car ahead, for a text.
+fn how_it_stops() -> String {
+    BRAKING.map(|braking| format!("once at {braking} m/s²")).join(" and ")
+}
+
+/// Number of stops of the car ahead in which a model collides.
 fn stops(entry: &Entry) -> usize {
     entry.whole_drives().and_then(|fit| fit.judged.as_ref()).map_or(0, |judged| judged.stops)
 }
@@ -334,9 +342,11 @@ fn notes(answer: &Answer) -> Vec<String> {
         }
         let own = answer.winner.map_or(0, |k| self::stops(&answer.entries[k]));
         if stops + own > 0 {
-            let too = if own > 0 { format!(", the recommended model on {own}") } else { String::new() };
+            let too = if own > 0 { format!(", the recommended model in {own}") } else { String::new() };
             notes.push(format!(
-                "it collides on {stops} of {all} drives if the car ahead brakes to a standstill at 2 m/s²{too}"
+                "if the car ahead brakes to a standstill, {}, it collides in {stops} of {} stops{too}",
+                how_it_stops(),
+                BRAKING.len() * all
             ));
         }
     }

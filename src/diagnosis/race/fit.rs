@@ -9,6 +9,7 @@ use super::{HORIZONS, Horizon, OF_A_NAME};
 use crate::calibrate::Overrides;
 use crate::calibrate::descent::{self, Course, Surface as _, Walker};
 use crate::catalog::Variant;
+use crate::diagnose::drive::ahead::BRAKING;
 use crate::diagnose::likelihood::model::{LEAD, Model, Space};
 use crate::diagnose::search::strategy::sizes;
 use crate::diagnose::search::textbook::{fastest, with_textbook_values};
@@ -75,7 +76,7 @@ pub struct Judged {
     pub held: Losses,
     /// Number of times the model comes too close to the car ahead in parts left out, or fails.
     pub too_close: usize,
-    /// Number of parts in which the model fitted to all of them collides when the car ahead stops; 0 at the shorter horizons.
+    /// Number of stops of the car ahead, [`BRAKING`] in each part, in which the model fitted to all parts collides; 0 at the shorter horizons.
     pub stops: usize,
     /// The middle of the drivers' laws without each fold; empty for recordings, for whole drives, and for a model with a reference.
     pub middles: Vec<Vec<f64>>,
@@ -401,13 +402,17 @@ impl Field {
         Ok(())
     }
 
-    /// Number of parts in which a model collides when the car ahead stops.
+    /// Number of stops of the car ahead, [`BRAKING`] in each part, in which a model collides.
     pub(super) fn collisions_at_stops(&self, variant: Variant, values: &[f64]) -> Result<usize, DiagnoseError> {
-        let drives: Vec<Drive> = self.parts.drives.iter().map(Drive::until_it_stops).collect();
-        let sizes: Vec<Sizes> = drives.iter().map(|drive| Sizes::new(drive.samples(), drive.dt())).collect();
-        let model = self.over(variant, &drives)?;
-        let surface = Surface { sizes: &sizes, ..self.surface(&model, &self.all, Horizon::Drive) };
-        Ok(surface.losses(&[values.to_vec()])?[0].collisions())
+        let mut collisions = 0;
+        for braking in BRAKING {
+            let drives: Vec<Drive> = self.parts.drives.iter().map(|drive| drive.until_it_stops(braking)).collect();
+            let sizes: Vec<Sizes> = drives.iter().map(|drive| Sizes::new(drive.samples(), drive.dt())).collect();
+            let model = self.over(variant, &drives)?;
+            let surface = Surface { sizes: &sizes, ..self.surface(&model, &self.all, Horizon::Drive) };
+            collisions += surface.losses(&[values.to_vec()])?[0].collisions();
+        }
+        Ok(collisions)
     }
 
     /// `None` if a fold cannot be fitted: otherwise the judge of that fold would be a fit that has seen it.

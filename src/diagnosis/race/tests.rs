@@ -1,6 +1,7 @@
 use super::evidence::{ConfidenceSet, Rows, Table, table};
 use super::own::OwnLaw;
 use super::*;
+use crate::diagnose::drive::ahead::BRAKING;
 use crate::diagnose::{Effort, Verdict, made_up};
 use crate::judge::{Resamples, mean};
 use crate::pooling::SPREAD;
@@ -124,7 +125,7 @@ fn a_model_that_collides_is_not_recommended() {
         values[lag.model.symbols.iter().position(|symbol| symbol.name() == name).expect("of the law")] = value;
     }
     let stops = field.collisions_at_stops(lag.model.variant, &values).expect("can be simulated");
-    assert_eq!([judged.stops, stops], [0, field.parts.drives.len()]);
+    assert_eq!([judged.stops, stops], [0, BRAKING.len() * field.parts.drives.len()]);
     let last = lag.fits[HORIZONS - 1].as_mut().expect("fitted");
     last.judged = Some(Judged { stops, ..judged.clone() });
     assert_eq!(unmet(&base, lag), ["collisions behind a car that stops, in excess of the base"]);

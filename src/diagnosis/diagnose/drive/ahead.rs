@@ -3,8 +3,9 @@
 use super::Drive;
 use crate::trajectory::integrate;
 
-/// Deceleration of the car ahead \[m/s²\]: that of an ordinary stop, within what every ACC has to follow (at least 3.5 m/s², ISO 15622).
-const BRAKING: f64 = 2.0;
+/// Decelerations of the car ahead \[m/s²\]: those of a gentle and of an ordinary stop, within what every ACC has to follow (at least
+/// 3.5 m/s², ISO 15622). Many bases collide at 2 m/s², where the gentle stop still shows which model is worse.
+pub const BRAKING: [f64; 2] = [1.0, 2.0];
 /// Time before it brakes \[s\], in which the effect of the first measured state fades.
 const BEFORE_S: f64 = 60.0;
 /// Time for which it stands \[s\]: the car behind it has stopped by then, even with weak control gains.
@@ -32,19 +33,19 @@ impl Drive {
         drive
     }
 
-    /// This drive up to its highest speed; then the car ahead, and the one in front of it, brake to a standstill. The follower's measured
-    /// state stays as it was.
+    /// This drive up to its highest speed; then the car ahead, and the one in front of it, brake to a standstill at this deceleration
+    /// \[m/s²\]. The follower's measured state stays as it was.
     #[must_use]
-    pub fn until_it_stops(&self) -> Drive {
+    pub fn until_it_stops(&self, braking: f64) -> Drive {
         let (v_l, dt) = (&self.trajectory.v_l, self.dt());
         let fastest = (0..v_l.len()).max_by(|&a, &b| v_l[a].total_cmp(&v_l[b])).unwrap_or(0);
         let before = (BEFORE_S / dt).round() as usize;
         let mut drive = self.part(fastest.saturating_sub(before)..fastest + 1);
-        let samples = ((v_l[fastest] / BRAKING + STANDING_S) / dt).ceil() as usize;
+        let samples = ((v_l[fastest] / braking + STANDING_S) / dt).ceil() as usize;
         let own = &mut drive.trajectory;
         for _ in 0..samples {
             let last = own.t.len() - 1;
-            let speed = (own.v_l[last] - BRAKING * dt).max(0.0);
+            let speed = (own.v_l[last] - braking * dt).max(0.0);
             own.x_l.push(own.x_l[last] + 0.5 * (own.v_l[last] + speed) * dt);
             own.v_l.push(speed);
             own.t.push(own.t[last] + dt);
@@ -52,7 +53,7 @@ impl Drive {
             let held = held.into_iter().chain([&mut own.v_l2, &mut own.s_l2].into_iter().flatten());
             held.for_each(|signal| signal.push(signal[last]));
             if let Some(v_l2) = &mut own.v_l2 {
-                v_l2[last + 1] = (v_l2[last] - BRAKING * dt).max(0.0);
+                v_l2[last + 1] = (v_l2[last] - braking * dt).max(0.0);
             }
         }
         drive
@@ -66,7 +67,7 @@ mod tests {
     #[test]
     fn the_car_ahead_stops_from_its_highest_speed() {
         let drive = made_up::drive("made_up.csv", 0.0);
-        let stop = drive.until_it_stops();
+        let stop = drive.until_it_stops(2.0);
         let own = &stop.trajectory;
         let highest = drive.trajectory.v_l.iter().copied().fold(0.0, f64::max);
         let braking = own.v_l.iter().position(|v| *v == highest).expect("it brakes from there");

@@ -1,6 +1,6 @@
 //! One measured run, ready for diagnosis.
 
-mod ahead;
+pub(crate) mod ahead;
 pub mod drivers;
 pub mod road;
 pub(crate) mod smoothing;
