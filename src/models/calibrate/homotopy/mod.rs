@@ -2,9 +2,9 @@
 //!
 //! A goodness of fit is a sum of norms of residuals, so their derivatives give both its gradient and most of its curvature. Alone, such
 //! steps end in the basin in which they start. If the simulated follower is pulled to the measured one after each step, all starts find the
-//! same basin; as the pull decreases, they follow it. A search by this is followed by one from its best point with one coordinate moved,
-//! because basins often differ in one parameter, and so on in turn. Runs continue beyond a collision with a penalty, because a score that ends there has
-//! no slope out of it. When enough searches agree, the calibration ends.
+//! same basin; as the pull decreases, they follow it. Such searches alternate with searches from the best point with one coordinate moved,
+//! because basins often differ in one parameter. Runs continue beyond a collision with a penalty, because a score that ends there has no
+//! slope out of it. When enough searches agree, the calibration ends.
 //!
 //! 1. Here: searches are repeated until enough agree.
 //! 2. `record`: their effort and results, and the criterion to stop.

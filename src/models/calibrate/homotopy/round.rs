@@ -52,8 +52,8 @@ impl Watch for Merging<'_, '_> {
 }
 
 impl Search<'_> {
-    /// The lowest exact score of one search; infinite if it is stopped or finds nothing. Every other one is pulled, from random points; the
-    /// others start near the best point so far.
+    /// The lowest exact score of one search; infinite if it is stopped or finds nothing. Searches with even numbers are pulled; the others
+    /// start from the best point with one coordinate moved, or from random points if there is none.
     pub(super) async fn round(&mut self, round: usize) -> Result<f64, CalibrateError> {
         let settings = self.record.settings;
         let mut rng = stream(settings.seed, self.record.number, round as u64, 0);
