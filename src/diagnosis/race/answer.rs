@@ -222,7 +222,7 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
         safe: own_collisions == 0 && own_stops == 0,
         safe_reason: format!(
             "on left-out data it comes closer than 0.1 m to the car ahead in {own_collisions} of {} parts, the base in {base_collisions}; if the \
-             car ahead brakes to a standstill, {}, in {own_stops} and {base_stops} of {} stops",
+             car ahead brakes to a standstill {}, in {own_stops} and {base_stops} of {} stops",
             own.parts.len(),
             how_it_stops(),
             BRAKING.len() * own.parts.len(),
@@ -252,7 +252,7 @@ fn gain(answer: &Answer, entry: &Entry) -> Option<ClosedLoopGain> {
 
 /// The decelerations of the car ahead, for a text.
 fn how_it_stops() -> String {
-    BRAKING.map(|braking| format!("once at {braking} m/s²")).join(" and ")
+    format!("at {} m/s²", BRAKING.map(|braking| braking.to_string()).join(" or "))
 }
 
 /// Number of stops of the car ahead in which a model collides.
@@ -344,7 +344,7 @@ fn notes(answer: &Answer) -> Vec<String> {
         if stops + own > 0 {
             let too = if own > 0 { format!(", the recommended model in {own}") } else { String::new() };
             notes.push(format!(
-                "if the car ahead brakes to a standstill, {}, it collides in {stops} of {} stops{too}",
+                "if the car ahead brakes to a standstill {}, it collides in {stops} of {} stops{too}",
                 how_it_stops(),
                 BRAKING.len() * all
             ));
