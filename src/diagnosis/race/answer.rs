@@ -4,7 +4,7 @@ use super::fit::Entry;
 use super::loss::{Losses, PartLoss, SIGNALS};
 use super::{Answer, HORIZONS, Horizon, Named, OF_A_NAME, Policy, Request, is_same, lasts};
 use crate::diagnose::answer::experiment;
-use crate::diagnose::drive::ahead::BRAKING;
+use crate::diagnose::drive::ahead::{BRAKING, GENTLE_BRAKING};
 use crate::diagnose::likelihood::model::{LEAD, is_lead};
 use crate::diagnose::search::skipped::Untried;
 use crate::diagnose::{DiagnoseError, Drive, Verdict};
@@ -204,7 +204,7 @@ fn cause_entry(entry: &Entry, named: &Named, cause: &'static Extension, of: Opti
 
 fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option<Recommended> {
     let (own, base_held) = (held(entry)?, held(&answer.entries[0])?);
-    let [base_stops, own_stops] = [&answer.entries[0], entry].map(stops);
+    let [[base_gentle, base_stops], [own_gentle, own_stops]] = [&answer.entries[0], entry].map(stops);
     let [base_collisions, own_collisions] = [base_held, own].map(Losses::collisions);
     let confirmed = entry.causes.iter().all(|cause| named.iter().any(|name| name == cause.family()));
     let cause = |cause: &&'static Extension| RecommendedCause {
@@ -219,13 +219,12 @@ fn recommended_entry(answer: &Answer, entry: &Entry, named: &[String]) -> Option
     };
     Some(Recommended {
         parameters: parameters(entry, &own_positions, Horizon::Drive).into_iter().map(|p| (p.name, p.value)).collect(),
-        safe: own_collisions == 0 && own_stops == 0,
+        safe: own_collisions + own_gentle + own_stops == 0,
         safe_reason: format!(
             "on left-out data it comes closer than 0.1 m to the car ahead in {own_collisions} of {} parts, the base in {base_collisions}; if the \
-             car ahead brakes to a standstill {}, in {own_stops} and {base_stops} of {} stops",
-            own.parts.len(),
-            how_it_stops(),
-            BRAKING.len() * own.parts.len(),
+             car ahead brakes to a standstill at {GENTLE_BRAKING} m/s², in {own_gentle} and {base_gentle}; at {BRAKING} m/s², in {own_stops} and \
+             {base_stops}",
+            own.parts.len()
         ),
         bounds: own_positions.iter().map(bound).collect(),
         causes: entry.causes.iter().map(cause).collect(),
@@ -250,14 +249,10 @@ fn gain(answer: &Answer, entry: &Entry) -> Option<ClosedLoopGain> {
     })
 }
 
-/// The decelerations of the car ahead, for a text.
-fn how_it_stops() -> String {
-    format!("at {} m/s²", BRAKING.map(|braking| braking.to_string()).join(" or "))
-}
-
-/// Number of stops of the car ahead in which a model collides.
-fn stops(entry: &Entry) -> usize {
-    entry.whole_drives().and_then(|fit| fit.judged.as_ref()).map_or(0, |judged| judged.stops)
+/// Number of parts in which a model collides when the car ahead stops gently, and in an ordinary stop.
+fn stops(entry: &Entry) -> [usize; 2] {
+    let judged = entry.whole_drives().and_then(|fit| fit.judged.as_ref());
+    judged.map_or([0; 2], |judged| [judged.gentle_stops, judged.stops])
 }
 
 fn held(entry: &Entry) -> Option<&Losses> {
@@ -340,13 +335,11 @@ fn notes(answer: &Answer) -> Vec<String> {
         if failures > 0 {
             notes.push(format!("it collides with the car ahead on {failures} of {all} unseen drives"));
         }
-        let own = answer.winner.map_or(0, |k| self::stops(&answer.entries[k]));
+        let [_, own] = answer.winner.map_or([0; 2], |k| self::stops(&answer.entries[k]));
         if stops + own > 0 {
-            let too = if own > 0 { format!(", the recommended model in {own}") } else { String::new() };
+            let too = if own > 0 { format!(", the recommended model on {own}") } else { String::new() };
             notes.push(format!(
-                "if the car ahead brakes to a standstill {}, it collides in {stops} of {} stops{too}",
-                how_it_stops(),
-                BRAKING.len() * all
+                "it collides on {stops} of {all} drives if the car ahead brakes to a standstill at {BRAKING} m/s²{too}"
             ));
         }
     }

@@ -9,7 +9,7 @@ use super::{HORIZONS, Horizon, OF_A_NAME};
 use crate::calibrate::Overrides;
 use crate::calibrate::descent::{self, Course, Surface as _, Walker};
 use crate::catalog::Variant;
-use crate::diagnose::drive::ahead::BRAKING;
+use crate::diagnose::drive::ahead::{BRAKING, GENTLE_BRAKING};
 use crate::diagnose::likelihood::model::{LEAD, Model, Space};
 use crate::diagnose::search::strategy::sizes;
 use crate::diagnose::search::textbook::{fastest, with_textbook_values};
@@ -76,8 +76,10 @@ pub struct Judged {
     pub held: Losses,
     /// Number of times the model comes too close to the car ahead in parts left out, or fails.
     pub too_close: usize,
-    /// Number of stops of the car ahead, [`BRAKING`] in each part, in which the model fitted to all parts collides; 0 at the shorter horizons.
+    /// Number of parts in which the model fitted to all of them collides when the car ahead stops; 0 at the shorter horizons.
     pub stops: usize,
+    /// The same for a gentle stop.
+    pub gentle_stops: usize,
     /// The middle of the drivers' laws without each fold; empty for recordings, for whole drives, and for a model with a reference.
     pub middles: Vec<Vec<f64>>,
     /// Drivers of a fleet who are left out; empty for recordings and for whole drives.
@@ -388,7 +390,8 @@ impl Field {
             let Some(fit) = fit else { continue };
             fit.judged = self.judged(&model, horizon, &fit.place, watching)?;
             if let Some(judged) = fit.judged.as_mut().filter(|_| horizon.is_whole()) {
-                judged.stops = self.collisions_at_stops(entry.model.variant, &fit.whole)?;
+                judged.stops = self.collisions_at_stops(entry.model.variant, &fit.whole, BRAKING)?;
+                judged.gentle_stops = self.collisions_at_stops(entry.model.variant, &fit.whole, GENTLE_BRAKING)?;
             }
             if let Some(judged) = fit.judged.as_mut().filter(|_| self.has_own_laws(horizon)) {
                 let of = reference.and_then(|of| {
@@ -402,17 +405,18 @@ impl Field {
         Ok(())
     }
 
-    /// Number of stops of the car ahead, [`BRAKING`] in each part, in which a model collides.
-    pub(super) fn collisions_at_stops(&self, variant: Variant, values: &[f64]) -> Result<usize, DiagnoseError> {
-        let mut collisions = 0;
-        for braking in BRAKING {
-            let drives: Vec<Drive> = self.parts.drives.iter().map(|drive| drive.until_it_stops(braking)).collect();
-            let sizes: Vec<Sizes> = drives.iter().map(|drive| Sizes::new(drive.samples(), drive.dt())).collect();
-            let model = self.over(variant, &drives)?;
-            let surface = Surface { sizes: &sizes, ..self.surface(&model, &self.all, Horizon::Drive) };
-            collisions += surface.losses(&[values.to_vec()])?[0].collisions();
-        }
-        Ok(collisions)
+    /// Number of parts in which a model collides when the car ahead stops at this deceleration \[m/s²\].
+    pub(super) fn collisions_at_stops(
+        &self,
+        variant: Variant,
+        values: &[f64],
+        braking: f64,
+    ) -> Result<usize, DiagnoseError> {
+        let drives: Vec<Drive> = self.parts.drives.iter().map(|drive| drive.until_it_stops(braking)).collect();
+        let sizes: Vec<Sizes> = drives.iter().map(|drive| Sizes::new(drive.samples(), drive.dt())).collect();
+        let model = self.over(variant, &drives)?;
+        let surface = Surface { sizes: &sizes, ..self.surface(&model, &self.all, Horizon::Drive) };
+        Ok(surface.losses(&[values.to_vec()])?[0].collisions())
     }
 
     /// `None` if a fold cannot be fitted: otherwise the judge of that fold would be a fit that has seen it.
@@ -433,7 +437,16 @@ impl Field {
             true => Losses { parts: vec![None; self.all.len()] },
             false => self.losses_left_out(model, horizon, &folds)?,
         };
-        Ok(Some(Judged { folds, held, too_close, stops: 0, middles: Vec::new(), drivers: Vec::new(), mixture: None }))
+        Ok(Some(Judged {
+            folds,
+            held,
+            too_close,
+            stops: 0,
+            gentle_stops: 0,
+            middles: Vec::new(),
+            drivers: Vec::new(),
+            mixture: None,
+        }))
     }
 
     /// Parameters without each fold, from those of all parts; `None` if a fit finds none.

@@ -20,9 +20,9 @@ pub fn checks(
     let whole = &evidence.gains[HORIZONS - 1];
     let is_named = |cause: &&&'static Extension| named.iter().any(|named| named.family() == cause.family());
     let share_named = added.iter().filter(is_named).count() as f64 / added.len().max(1) as f64;
-    let excess = |name: &str, of: fn(&Judged) -> usize| {
+    let excess = |name: &str, errors: f64, of: fn(&Judged) -> usize| {
         let [own, base] = [count(entry, of), count(base, of)];
-        Check::at_most(name, own - base, policy.excess * (own + base).sqrt())
+        Check::at_most(name, own - base, errors * (own + base).max(1.0).sqrt())
     };
     vec![
         Check::at_least("share of its causes of named families", share_named, policy.named),
@@ -38,8 +38,11 @@ pub fn checks(
             count(entry, |judged| judged.held.collisions()),
             policy.collisions,
         ),
-        excess("collisions behind a car that stops, in excess of the base", |judged| judged.stops),
-        excess("close approaches in excess of the base", |judged| judged.too_close),
+        excess("collisions behind a car that stops gently, in excess of the base", policy.gentle_excess, |judged| {
+            judged.gentle_stops
+        }),
+        excess("collisions behind a car that stops, in excess of the base", policy.excess, |judged| judged.stops),
+        excess("close approaches in excess of the base", policy.excess, |judged| judged.too_close),
     ]
 }
 

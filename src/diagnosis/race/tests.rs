@@ -1,7 +1,7 @@
 use super::evidence::{ConfidenceSet, Rows, Table, table};
 use super::own::OwnLaw;
 use super::*;
-use crate::diagnose::drive::ahead::BRAKING;
+use crate::diagnose::drive::ahead::{BRAKING, GENTLE_BRAKING};
 use crate::diagnose::{Effort, Verdict, made_up};
 use crate::judge::{Resamples, mean};
 use crate::pooling::SPREAD;
@@ -124,13 +124,22 @@ fn a_model_that_collides_is_not_recommended() {
     for (name, value) in [("k_s", 0.1), ("d_0", 0.0)] {
         values[lag.model.symbols.iter().position(|symbol| symbol.name() == name).expect("of the law")] = value;
     }
-    let stops = field.collisions_at_stops(lag.model.variant, &values).expect("can be simulated");
-    assert_eq!([judged.stops, stops], [0, BRAKING.len() * field.parts.drives.len()]);
-    let last = lag.fits[HORIZONS - 1].as_mut().expect("fitted");
-    last.judged = Some(Judged { stops, ..judged.clone() });
-    assert_eq!(unmet(&base, lag), ["collisions behind a car that stops, in excess of the base"]);
+    let collisions =
+        |braking: f64| field.collisions_at_stops(lag.model.variant, &values, braking).expect("can be simulated");
+    let [stops, gentle_stops] = [BRAKING, GENTLE_BRAKING].map(collisions);
+    assert_eq!(
+        [judged.stops, judged.gentle_stops, stops, gentle_stops],
+        [0, 0, field.parts.drives.len(), field.parts.drives.len()]
+    );
+    for (own, check) in [
+        (Judged { stops, ..judged.clone() }, "collisions behind a car that stops, in excess of the base"),
+        (Judged { gentle_stops, ..judged.clone() }, "collisions behind a car that stops gently, in excess of the base"),
+    ] {
+        lag.fits[HORIZONS - 1].as_mut().expect("fitted").judged = Some(own);
+        assert_eq!(unmet(&base, lag), [check]);
+    }
     // It may do so where the base does.
-    base.fits[HORIZONS - 1].as_mut().expect("fitted").judged.as_mut().expect("judged").stops = stops;
+    base.fits[HORIZONS - 1].as_mut().expect("fitted").judged.as_mut().expect("judged").gentle_stops = gentle_stops;
     assert_eq!(unmet(&base, lag), Vec::<String>::new());
     let mut held = judged.held.clone();
     held.parts[0].as_mut().expect("left out once").shortfall = 1.0;

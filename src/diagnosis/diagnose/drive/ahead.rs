@@ -3,9 +3,10 @@
 use super::Drive;
 use crate::trajectory::integrate;
 
-/// Decelerations of the car ahead \[m/s²\]: those of a gentle and of an ordinary stop, within what every ACC has to follow (at least
-/// 3.5 m/s², ISO 15622). Many bases collide at 2 m/s², where the gentle stop still shows which model is worse.
-pub const BRAKING: [f64; 2] = [1.0, 2.0];
+/// Deceleration of the car ahead \[m/s²\] in an ordinary stop, within what every ACC has to follow (at least 3.5 m/s², ISO 15622), and in a
+/// gentle one.
+pub const BRAKING: f64 = 2.0;
+pub const GENTLE_BRAKING: f64 = 1.0;
 /// Time before it brakes \[s\], in which the effect of the first measured state fades.
 const BEFORE_S: f64 = 60.0;
 /// Time for which it stands \[s\]: the car behind it has stopped by then, even with weak control gains.
@@ -62,12 +63,13 @@ impl Drive {
 
 #[cfg(test)]
 mod tests {
+    use super::BRAKING;
     use crate::diagnose::made_up;
 
     #[test]
     fn the_car_ahead_stops_from_its_highest_speed() {
         let drive = made_up::drive("made_up.csv", 0.0);
-        let stop = drive.until_it_stops(2.0);
+        let stop = drive.until_it_stops(BRAKING);
         let own = &stop.trajectory;
         let highest = drive.trajectory.v_l.iter().copied().fold(0.0, f64::max);
         let braking = own.v_l.iter().position(|v| *v == highest).expect("it brakes from there");
