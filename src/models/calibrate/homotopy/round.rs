@@ -59,7 +59,7 @@ impl Search<'_> {
         let mut rng = stream(settings.seed, self.record.number, round as u64, 0);
         let n = self.smooth.dimensions();
         let screened = SCREENED.min((SCREENING * settings.stop.max_evaluations as f64) as usize);
-        let is_pulled = round % 2 == 0;
+        let is_pulled = round.is_multiple_of(2);
         let starts: Vec<Vec<f64>> = match &self.record.best {
             Some((best, _)) if !is_pulled => moved(best, &mut rng),
             _ => (0..screened).map(|_| (0..n).map(|_| rng.random()).collect()).collect(),
