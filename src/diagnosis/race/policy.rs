@@ -47,7 +47,7 @@ pub struct Policy {
     /// Number of standard errors by which close approaches, and collisions behind a car that stops, may exceed those of the base \[-\]: among
     /// hundreds of drivers, some do by chance.
     pub excess: f64,
-    /// The same for collisions behind a car that stops gently \[-\]: many bases collide in an ordinary stop, where this tells which is worse.
+    /// The same for collisions behind a car that stops gently \[-\]: many bases collide in an ordinary stop, too.
     pub gentle_excess: f64,
     /// A stretch is not followed if the error of the speed over 10 s is this multiple of the usual one \[-\], which nine of ten bins do not
     /// exceed: a law that lacks an effect is off by twice the usual error.
@@ -94,8 +94,8 @@ impl Policy {
     };
 
     /// The policy for a fleet. A pooled model follows an unusual driver badly over whole drives, so no stretch is left out, and collisions
-    /// on left-out drives only count as close approaches. Behind a gentle stop it collides for half of
-    /// the drivers, with a lag that some have for more, so this does not count.
+    /// on left-out drives only count as close approaches. Gentle stops do not count: a pooled model often collides in them, and a lag that
+    /// some drivers have makes it collide more often.
     pub const FLEET: Policy = Policy {
         named: 0.5,
         not_followed: f64::INFINITY,
