@@ -239,8 +239,10 @@ class Report:
         part = self.page.query_selector(".svg g[aria-label]")
         if part is None:
             return
-        part.scroll_into_view_if_needed()
-        part.hover(force=True)
+        # The middle of a box with an outlier is empty.
+        shape = part.query_selector("rect, circle, path") or part
+        shape.scroll_into_view_if_needed()
+        shape.hover(force=True)
         tip = self.page.query_selector("#tip")
         self.expect(tip.is_visible() and tip.text_content() == part.get_attribute("aria-label"), "pointing at a picture tells nothing")
         self.page.mouse.move(1, 1)
