@@ -246,7 +246,7 @@ class Report:
         tip = self.page.query_selector("#tip")
         self.expect(tip.is_visible() and tip.text_content() == part.get_attribute("aria-label"), "pointing at a picture tells nothing")
         self.page.mouse.move(1, 1)
-        self.expect(not tip.is_visible(), "what a picture tells does not go away")
+        self.expect(not tip.is_visible(), "the text of a picture does not go away")
 
     def twin(self, expected: Path | None) -> None:
         carried = json.loads(self.page.text_content("#result"))

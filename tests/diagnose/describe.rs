@@ -483,7 +483,7 @@ fn only_neighbouring_classes_are_joined_by_a_line() {
         (svg.matches("<polyline").count(), svg.matches("<circle").count())
     };
     let (whole, split) = (drawn(&[0, 1, 2, 3]), drawn(&[0, 1, 5, 6, 9]));
-    assert_eq!((whole.0, split.0), (1, 2), "a line for each stretch of neighbours, none for a class that has none");
+    assert_eq!((whole.0, split.0), (1, 2), "a line for each stretch of neighbours, none for a class without stretches");
     assert_eq!(split.1 - whole.1, 1, "a point for each class");
     // The profiles number the classes of a lap, a part of which was never driven.
     let mut gap = scene(3);

@@ -3,9 +3,9 @@
 use super::Drive;
 use crate::trajectory::integrate;
 
-/// Deceleration of the car ahead \[m/s²\] in an ordinary stop, within what every ACC has to follow (at least 3.5 m/s², ISO 15622), and in a
-/// gentle one.
+/// Deceleration of the car ahead in an ordinary stop \[m/s²\], within what every ACC has to follow (at least 3.5 m/s², ISO 15622).
 pub const BRAKING: f64 = 2.0;
+/// The same in a gentle stop \[m/s²\], in which most bases do not collide.
 pub const GENTLE_BRAKING: f64 = 1.0;
 /// Time before it brakes \[s\], in which the effect of the first measured state fades.
 const BEFORE_S: f64 = 60.0;
@@ -63,21 +63,25 @@ impl Drive {
 
 #[cfg(test)]
 mod tests {
-    use super::BRAKING;
+    use super::{BRAKING, GENTLE_BRAKING};
     use crate::diagnose::made_up;
 
     #[test]
     fn the_car_ahead_stops_from_its_highest_speed() {
         let drive = made_up::drive("made_up.csv", 0.0);
-        let stop = drive.until_it_stops(BRAKING);
-        let own = &stop.trajectory;
         let highest = drive.trajectory.v_l.iter().copied().fold(0.0, f64::max);
-        let braking = own.v_l.iter().position(|v| *v == highest).expect("it brakes from there");
-        assert!(own.v_l[braking..].windows(2).all(|v| v[1] <= v[0] && v[0] - v[1] <= 2.0 * stop.dt() + 1e-9));
-        assert_eq!(own.v_l.last(), Some(&0.0));
-        let way = own.x_l[own.x_l.len() - 1] - own.x_l[braking];
-        assert!((way - highest * highest / 4.0).abs() < highest * stop.dt(), "{way} m from {highest} m/s");
-        let lengths = [&own.t, &own.x_f, &own.v_f, &own.s, &stop.x_road, &stop.v_l_measured].map(Vec::len);
-        assert_eq!(lengths, [own.x_l.len(); 6]);
+        for deceleration in [GENTLE_BRAKING, BRAKING] {
+            let stop = drive.until_it_stops(deceleration);
+            let own = &stop.trajectory;
+            let braking = own.v_l.iter().position(|v| *v == highest).expect("it brakes from there");
+            let most = deceleration * stop.dt() + 1e-9;
+            assert!(own.v_l[braking..].windows(2).all(|v| v[1] <= v[0] && v[0] - v[1] <= most));
+            assert_eq!(own.v_l.last(), Some(&0.0));
+            let way = own.x_l[own.x_l.len() - 1] - own.x_l[braking];
+            let expected = highest * highest / (2.0 * deceleration);
+            assert!((way - expected).abs() < highest * stop.dt(), "{way} m from {highest} m/s");
+            let lengths = [&own.t, &own.x_f, &own.v_f, &own.s, &stop.x_road, &stop.v_l_measured].map(Vec::len);
+            assert_eq!(lengths, [own.x_l.len(); 6]);
+        }
     }
 }

@@ -31,7 +31,7 @@ const STANDING_M: f64 = 1e-3;
 const TAU_P_UPPER: f64 = 0.8;
 
 /// A law reads other quantities of the cars ahead half a step in advance, as the nuisance lead does for gap and speed difference: an
-/// acceleration that holds for a step is late by as much. In samples.
+/// acceleration held over a step is late by as much. In samples.
 const HALF_STEP: f64 = 0.5;
 
 /// A measured run without jumps: the follower as measured, the leader smoothed.

@@ -169,3 +169,22 @@ fn merged(mut walkers: Vec<Walker>) -> Vec<Walker> {
     }
     kept
 }
+
+#[cfg(test)]
+mod tests {
+    use super::{moved, stream};
+
+    #[test]
+    fn one_coordinate_moves() {
+        let best = [0.2, 0.8];
+        let places = moved(&best, &mut stream(1, 0, 0, 0));
+        let changed = |place: &Vec<f64>| (0..best.len()).filter(|&i| place[i] != best[i]).collect::<Vec<usize>>();
+        assert_eq!(places.iter().map(changed).collect::<Vec<_>>(), [[0], [0], [0], [1], [1], [1]]);
+        for (i, moved) in places.chunks(3).enumerate() {
+            assert!(
+                (0.0..1.0).contains(&moved[0][i]) && moved[1][i] < 0.5 && (0.5..1.0).contains(&moved[2][i]),
+                "{moved:?}"
+            );
+        }
+    }
+}
