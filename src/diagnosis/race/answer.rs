@@ -17,9 +17,6 @@ use crate::result::diagnosis::{
 use crate::symbols::Parameters;
 use indexmap::IndexSet;
 
-/// Half width of a 95 % interval in standard errors.
-const TWO_SIDED: f64 = 1.96;
-
 /// A model of the race for calibrations and simulations: without the nuisance lead, which is not a property of the car.
 #[derive(Debug, Clone)]
 pub struct Delivered {
@@ -264,33 +261,22 @@ fn of_cause(entry: &Entry, cause: &'static Extension, horizon: Horizon) -> Vec<P
     parameters(entry, &entry.model.positions(cause), horizon)
 }
 
-/// Parameters at a horizon, with intervals by a jackknife over the folds (Tukey 1958).
+/// Parameters at a horizon, with their intervals.
 fn parameters(entry: &Entry, positions: &[usize], horizon: Horizon) -> Vec<ParameterEntry> {
     let at = Horizon::ALL.iter().position(|own| *own == horizon).unwrap_or(HORIZONS - 1);
     let Some(fit) = &entry.fits[at] else { return Vec::new() };
     let model = &entry.model;
     let parameter = |k: usize| {
         let (symbol, axis, value) = (model.symbols[k], &model.axes[k], fit.whole[k]);
-        let interval = fit.judged.as_ref().map(|judged| {
-            let half = TWO_SIDED * jackknife(&judged.folds, k);
-            [(value - half).max(axis.lower), (value + half).min(axis.upper)]
-        });
         ParameterEntry {
             name: symbol.name().to_owned(),
             value,
             unit: symbol.unit().to_owned(),
-            interval,
+            interval: entry.interval(k, at),
             at_bound: axis.at_bound(value),
         }
     };
     positions.iter().map(|&k| parameter(k)).collect()
-}
-
-/// Standard error of a parameter, from the fits that each left one fold out.
-fn jackknife(folds: &[Vec<f64>], k: usize) -> f64 {
-    let values: Vec<f64> = folds.iter().map(|fold| fold[k]).collect();
-    let (centre, count) = (mean(&values), values.len() as f64);
-    ((count - 1.0) / count * values.iter().map(|v| (v - centre).powi(2)).sum::<f64>()).sqrt()
 }
 
 impl ShareEntry {

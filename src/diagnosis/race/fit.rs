@@ -16,6 +16,7 @@ use crate::diagnose::search::textbook::{fastest, with_textbook_values};
 use crate::diagnose::{DiagnoseError, Drive, Watching};
 use crate::evaluator::Pull;
 use crate::extension::Extension;
+use crate::judge::mean;
 use crate::optimize::stream;
 use crate::symbols::Bounds;
 use crate::wgsl::extension_named;
@@ -36,6 +37,8 @@ const OF_LAW: Plan = Plan { rough: 4, keep: 4, fine: 16 };
 const OF_CAUSE: Plan = Plan { rough: 2, keep: 1, fine: 8 };
 /// See [`OF_LAW`].
 const OF_FOLD: Plan = Plan { rough: 0, keep: 1, fine: 4 };
+/// Half width of a 95 % interval in standard errors.
+const TWO_SIDED: f64 = 1.96;
 /// Random candidates of a law, half of them again with textbook values; and the number of candidates that are searched from.
 const RANDOM: usize = 64;
 /// See [`RANDOM`].
@@ -150,6 +153,25 @@ impl Entry {
         self.model.positions(cause).into_iter().any(|k| size * distance(k) >= none)
     }
 
+    /// True if the interval of one of its parameters at a horizon excludes the value at which the parameter does nothing.
+    #[must_use]
+    pub fn is_certain(&self, cause: &'static Extension, horizon: usize) -> bool {
+        let excludes = |k: usize| {
+            let neutral = self.neutral(k);
+            self.interval(k, horizon).is_some_and(|[low, high]| neutral < low || high < neutral)
+        };
+        self.model.positions(cause).into_iter().any(excludes)
+    }
+
+    /// The 95 % interval of a parameter at a horizon, by a jackknife over the folds (Tukey 1958); `None` if the model is not judged.
+    #[must_use]
+    pub fn interval(&self, k: usize, horizon: usize) -> Option<[f64; 2]> {
+        let fit = self.fits[horizon].as_ref()?;
+        let (value, axis) = (fit.whole[k], &self.model.axes[k]);
+        let half = TWO_SIDED * jackknife(&fit.judged.as_ref()?.folds, k);
+        Some([(value - half).max(axis.lower), (value + half).min(axis.upper)])
+    }
+
     /// True if it gains at least this share on its training data, at one horizon or more.
     #[must_use]
     pub fn is_worth(&self, base: &Entry, share: f64) -> bool {
@@ -160,6 +182,13 @@ impl Entry {
         };
         self.fits.iter().zip(&base.fits).zip(Horizon::ALL).any(gains)
     }
+}
+
+/// Standard error of a parameter, from the fits that each left one fold out.
+fn jackknife(folds: &[Vec<f64>], k: usize) -> f64 {
+    let values: Vec<f64> = folds.iter().map(|fold| fold[k]).collect();
+    let (centre, count) = (mean(&values), values.len() as f64);
+    ((count - 1.0) / count * values.iter().map(|v| (v - centre).powi(2)).sum::<f64>()).sqrt()
 }
 
 /// Data of the race.

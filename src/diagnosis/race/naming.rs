@@ -46,8 +46,8 @@ pub fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec
 }
 
 /// The families common to all models with causes that cannot be distinguished from the best at a horizon, provided that the reference can
-/// be distinguished; of these, as many as a model has that beats the reference by more than chance. The named causes are those of such a
-/// model, with the recommended causes if possible.
+/// be distinguished; of these, as many as a model has, with a size beyond doubt, that beats the reference by more than chance. The named causes
+/// are those of such a model, with the recommended causes if possible.
 pub fn named(
     entered: &[Entry],
     table: &Table,
@@ -81,15 +81,19 @@ pub fn named(
         let (share, least) = drivers.map_or((1.0, 1.0), |(mixture, [least, _])| (mixture.share, least));
         row.p <= policy.chance_of_a_name && least > 0.0 && row.gains[OF_A_NAME].share >= policy.least_gain * share
     };
-    let count = |k: usize| families.iter().filter(|family| has(k, family, &[OF_A_NAME])).count();
+    let causes_of = |k: usize| {
+        let is_named =
+            |cause: &&'static Extension| families.contains(&cause.family()) && entered[k].is_certain(cause, OF_A_NAME);
+        entered[k].causes.iter().copied().filter(is_named).collect::<Vec<_>>()
+    };
+    let count = |k: usize| causes_of(k).len();
     let evidence = |k: usize| -table.rows[k].t;
     let is_recommended = |k: usize| recommended.iter().all(|cause| entered[k].causes.contains(cause));
     let most = |a: usize, b: usize| (count(b), is_recommended(b)).cmp(&(count(a), is_recommended(a)));
     let order = |a: usize, b: usize| most(a, b).then(simplest(entered, a, b, &evidence));
     let best = (0..entered.len()).filter(|&k| count(k) > 0 && gains(k)).min_by(|&a, &b| order(a, b))?;
     let row = &table.rows[best];
-    let is_named = |cause: &&'static Extension| families.contains(&cause.family()) && counts(best, cause, &[OF_A_NAME]);
-    let causes: Vec<&'static Extension> = entered[best].causes.iter().copied().filter(is_named).collect();
+    let causes = causes_of(best);
     let mut rivals = Vec::new();
     for cause in &causes {
         let others =

@@ -103,6 +103,10 @@ fn a_cause_counts_if_it_has_a_size_at_one_of_the_horizons_compared() {
     }
     assert_eq!(named_at(&models, &[0, 1]), Some(vec!["actuation_lag".to_owned()]));
     assert_eq!(named_at(&models, &[1]), None, "the filter has no size at 15 s");
+    let lag = models[1].model.positions(models[1].causes[0])[0];
+    let judged = models[1].fits[1].as_mut().and_then(|fit| fit.judged.as_mut()).expect("judged");
+    judged.folds.iter_mut().step_by(2).for_each(|fold| fold[lag] += 2.0);
+    assert_eq!(named_at(&models, &[0, 1]), None, "the interval of the lag at 15 s contains 0");
 }
 
 #[test]

@@ -78,14 +78,14 @@ pub(in crate::internal::report) fn next(base: &str) -> String {
     format!("Next: the same command with {BASE} {base}")
 }
 
-/// A named cause: its sizes, its evidence, its term, and the causes that explain the data as well.
+/// A named cause: its evidence, its term, and the causes that explain the data as well; the conclusion has its sizes.
 fn one(text: &mut String, outcome: &Outcome, cause: &CauseEntry) {
     let how = match cause.threshold_kind.as_str() {
         "bootstrap" => String::new(),
         kind => format!(": evidence {:.0}, threshold {:.0} ({kind})", cause.evidence, cause.threshold),
     };
     let place = cause.recording.as_ref().map(|recording| format!("in {recording}"));
-    let lines = [Some(format!("{}{how}", sized(cause))), cause.equation.clone(), place];
+    let lines = [Some(format!("{}{how}", cause.name)), cause.equation.clone(), place];
     text.push_str(&wrapped(0, 2, &lines.into_iter().flatten().collect::<Vec<_>>().join("; ")));
     let rivals: Vec<String> = outcome.rivals(cause).map(sized).collect();
     if !rivals.is_empty() {

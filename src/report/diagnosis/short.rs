@@ -134,7 +134,7 @@ fn in_words(name: &str, meaning: &str, parameters: &[ParameterEntry]) -> String 
 /// The conclusion of a diagnosis.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Short {
-    /// A warning about the data, the verdict, and whether whole drives confirm it.
+    /// A warning about the data, the verdict, and what whole drives say against it.
     pub answer: Vec<String>,
     /// The consequences of the verdict.
     pub more: Vec<String>,
@@ -210,31 +210,14 @@ fn power(power: &Power, given: f64) -> String {
     )
 }
 
-/// Whether whole drives confirm the named causes, so that they are worth a calibration.
+/// What whole drives say beyond or against the named causes.
 fn whole_drives(outcome: &Outcome) -> Option<String> {
     let base = base(outcome);
     let is_named = is_named(outcome);
     let several = outcome.causes.len() + outcome.confounded_with.len() > 1;
     let it = if several { "them" } else { "it" };
     match (&outcome.recommended, &outcome.closed_loop.not_testable) {
-        (Some(recommended), _) => Some(match recommended.why {
-            Why::Confirmed => format!("Whole drives confirm {}.", names(recommended)),
-            Why::Helps => {
-                let is_named = |own: &&RecommendedCause| outcome.causes.iter().any(|cause| cause.name == own.name);
-                let (named, others): (Vec<_>, Vec<_>) = recommended.causes.iter().partition(is_named);
-                let list = |all: Vec<&RecommendedCause>| {
-                    all.into_iter().map(|cause| cause.name.as_str()).collect::<Vec<_>>().join(" and ")
-                };
-                match named.is_empty() {
-                    true => format!("Whole drives support a different extension: {}.", names(recommended)),
-                    false => format!(
-                        "Whole drives confirm {}. They also support {}, which is not named.",
-                        list(named),
-                        list(others)
-                    ),
-                }
-            }
-        }),
+        (Some(recommended), _) => (recommended.why == Why::Helps).then(|| beyond_names(outcome, recommended)),
         (None, _) if is_named && once(outcome) => {
             Some(format!("Whole drives cannot test an effect that occurs only once: do not use {it} for other drives."))
         }
@@ -247,16 +230,26 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
     }
 }
 
+/// The recommended causes that are not named.
+fn beyond_names(outcome: &Outcome, recommended: &Recommended) -> String {
+    let is_named = |own: &&RecommendedCause| outcome.causes.iter().any(|cause| cause.name == own.name);
+    let (named, others): (Vec<_>, Vec<_>) = recommended.causes.iter().partition(is_named);
+    let list =
+        |all: Vec<&RecommendedCause>| all.iter().map(|cause| cause.name.as_str()).collect::<Vec<_>>().join(" and ");
+    match named.is_empty() {
+        true => format!("Whole drives support a different extension: {}.", list(others)),
+        false => {
+            format!("Whole drives confirm {}. They also support {}, which is not named.", list(named), list(others))
+        }
+    }
+}
+
 /// The first check that the model with the named causes fails.
 fn why_not(outcome: &Outcome) -> String {
     let is_named = |name: &String| outcome.causes.iter().any(|cause| cause.name == *name);
     let with_named = |trial: &&Trial| trial.causes.len() == outcome.causes.len() && trial.causes.iter().all(is_named);
     let check = outcome.closed_loop.trials.iter().find(with_named).and_then(|t| t.checks.iter().find(|c| !c.met));
     check.map_or(String::new(), |check| format!(", because a check fails ({})", check.in_words()))
-}
-
-fn names(recommended: &Recommended) -> String {
-    recommended.causes.iter().map(|cause| cause.name.as_str()).collect::<Vec<_>>().join(" and ")
 }
 
 /// True if all named causes happen at one time of one drive.

@@ -232,10 +232,9 @@ fn held_back(text: &mut String, drives: &[HeldBackEntry]) -> std::fmt::Result {
         return Ok(());
     }
     let both = drives.iter().any(|drive| drive.recommended.is_some());
-    let of = if both { ", of the base and the recommended model" } else { "" };
-    writeln!(text, "Rms errors on left-out data{of}:")?;
+    let of = if both { "rms: base, recommended" } else { "rms: base" };
     let heads = ["spacing [m]", "speed [m/s]", "accel [m/s²]", "NRMSE"].map(|head| format!("{head:>CELL$}"));
-    writeln!(text, "{:NAME$}{}", "", heads.concat())?;
+    writeln!(text, "{of:NAME$}{}", heads.concat())?;
     for drive in drives {
         let base = drive.rms.zip(drive.nrmse_sva);
         let more = drive.recommended.map(|errors| (errors.rms, errors.nrmse_sva));
