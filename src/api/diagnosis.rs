@@ -527,8 +527,7 @@ impl Findings {
     #[cfg(feature = "report")]
     #[must_use]
     pub fn text(&self) -> String {
-        use crate::report::diagnosis::text::{Beside, diagnosis};
-        diagnosis(self.outcome(), &Beside { trained: &[], again: None })
+        crate::report::diagnosis::text::diagnosis(self.outcome(), None)
     }
 }
 

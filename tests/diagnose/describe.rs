@@ -4,7 +4,7 @@ use leadlag::internal::diagnose::describe::covariates::Covariates;
 use leadlag::internal::diagnose::describe::error_breakdown::{Errors, Regime, Share, budget};
 use leadlag::internal::diagnose::describe::missing::{Class, Missing, Profile, Profiles, profiles};
 use leadlag::internal::report::diagnosis::pictures;
-use leadlag::internal::report::diagnosis::text::{Again, Beside, diagnosis};
+use leadlag::internal::report::diagnosis::text::{Again, diagnosis};
 use leadlag::internal::report::html;
 use leadlag::internal::result::diagnosis::Outcome;
 use leadlag::internal::wgsl::extension_named;
@@ -175,20 +175,16 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
     let outcome: Outcome = serde_json::from_value(serde_json::json!({
         "schema_version": 1, "verdict": "named", "reason": "", "causes": [cause], "confounded_with": [], "not_testable": [],
         "data_findings": [], "gain": null, "left_over": [], "simulations": 0, "seed": 1, "effort": "quick",
-        "data": [data("a.csv", "train"), data("b.csv", "train")], "drives": [], "held_back": "", "base": model("idm", true),
+        "data": [data("a.csv", "train"), data("b.csv", "holdout")], "drives": [], "held_back": "", "base": model("idm", true),
         "extended": model("idm+grade", false), "budget": null, "missing": null, "missing_left": null, "ladder": []
     }))
     .expect("an outcome");
     let words =
         ["leadlag", "calibrate", "a.csv", "b.csv", "--joint", "--extend grade", "--grade a/long/way/to/Slope.csv"];
     let words: Vec<String> = words.iter().chain(&["--lead-start 12.5", "--out out"]).map(|w| (*w).to_owned()).collect();
-    let beside = Beside {
-        trained: &[[0.0, 80.0], [0.0, 79.9]],
-        again: Some(Again { words, on: "on the training data".to_owned() }),
-    };
-    let said = diagnosis(&outcome, &beside);
-    assert!(said.contains("a.csv [train] follower 1, 0.0 to 120.0 s, held back from 80.0 s\n"), "{said}");
-    assert!(said.contains("b.csv [train] follower 1, 0.0 to 120.0 s, held back from 79.9 s\n"), "{said}");
+    let said = diagnosis(&outcome, Some(&Again { words, on: "on the training data".to_owned() }));
+    assert!(said.contains("a.csv follower 1, 0.0 to 120.0 s\n"), "{said}");
+    assert!(said.contains("b.csv follower 1, 0.0 to 120.0 s, held back\n"), "{said}");
     assert_eq!(said.matches("no contradictions found").count(), 1, "{said}");
     // Without errors to describe, the section has no title.
     assert!(!said.contains("2. What is wrong") && said.contains("\n3. What explains it?\n"), "{said}");
@@ -208,12 +204,10 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
         data_findings: vec![serde_json::from_value(fault).expect("a finding")],
         ..outcome.clone()
     };
-    let said = diagnosis(&many, &Beside::default());
-    assert!(said.contains("9.csv [train]") && said.contains("INCONSISTENT: the gap jumps"), "{said}");
-    assert!(said.contains("Files not listed: 2, with faults: 0\n") && !said.contains("8.csv [train]"), "{said}");
-    // Separate files are held back, so no file is cut.
-    let said = diagnosis(&outcome, &Beside::default());
-    assert!(said.contains("a.csv [train] follower 1, 0.0 to 120.0 s\n") && !said.contains("To calibrate"), "{said}");
+    let said = diagnosis(&many, None);
+    assert!(said.contains("9.csv follower") && said.contains("INCONSISTENT: the gap jumps"), "{said}");
+    assert!(said.contains("Files not listed: 2, with faults: 0\n") && !said.contains("8.csv follower"), "{said}");
+    assert!(!said.contains("To calibrate"), "{said}");
 }
 
 /// A diagnosis of IDM with delay and no name, with these fields replaced.
@@ -239,7 +233,7 @@ fn outcome(fields: serde_json::Value) -> Outcome {
 /// The same on one line, as text and as a page.
 fn said(outcome: &Outcome) -> [String; 2] {
     let flat = |text: String| text.split_whitespace().collect::<Vec<_>>().join(" ");
-    [diagnosis(outcome, &Beside::default()), html::diagnosis(outcome, Vec::new(), None)].map(flat)
+    [diagnosis(outcome, None), html::diagnosis(outcome, Vec::new(), None)].map(flat)
 }
 
 /// Signals with the same fault share a line; a fault in another stretch has its own.

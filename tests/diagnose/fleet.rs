@@ -135,7 +135,7 @@ fn the_command_diagnoses_every_pair_of_a_table() {
     let text = ok(&[&["diagnose", &pairs, "--all", "--columns", &map], &rest[..]].concat());
     assert!(text.contains("12 drives of 12 drivers") && text.contains("1 more cannot be used"), "{text}");
     // The text names the drive, and no follower where the file has many.
-    assert!(text.contains("trajectory short") && !text.contains("[train] follower"), "{text}");
+    assert!(text.contains("trajectory short") && !text.contains("pairs.csv follower"), "{text}");
     let outcome: Outcome =
         serde_json::from_slice(&std::fs::read(folder.join("out/diagnosis.json")).expect("written")).expect("a result");
     let unusable = outcome.fleet.expect("a fleet").unusable;

@@ -119,7 +119,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
             let report = serde_json::json!({"schema_version": version, "data_findings": findings, "data": data});
             output::print_json(&report)?;
         } else {
-            output::print(&text::data(&loaded.data, &loaded.findings, &[]))?;
+            output::print(&text::data(&loaded.data, &loaded.findings))?;
         }
         return if args.exit_code && faulty { Err(Exit(7).into()) } else { Ok(()) };
     }
@@ -138,7 +138,7 @@ pub fn run(args: &Args) -> anyhow::Result<()> {
         output::print(&outcome.to_json())?;
     } else {
         let again = again::command(args, outcome, &loaded.trained);
-        output::print(&text::diagnosis(outcome, &text::Beside { trained: &loaded.trained, again }))?;
+        output::print(&text::diagnosis(outcome, again.as_ref()))?;
     }
     if args.plot {
         plot(&diagnosis, &loaded.train, &loaded.holdout)?;
@@ -169,7 +169,7 @@ fn of_fleet(args: &Args, variant: Variant, causes: &[&'static Extension]) -> any
         output::print(&outcome.to_json())?;
     } else {
         let again = again::command(args, &outcome, &[]);
-        output::print(&text::diagnosis(&outcome, &text::Beside { trained: &[], again }))?;
+        output::print(&text::diagnosis(&outcome, again.as_ref()))?;
     }
     if let Some(out) = &args.out {
         eprintln!("files in {}", out.display());

@@ -16,17 +16,10 @@ const NAME: usize = 28;
 /// See [`NAME`].
 const CELL: usize = 13;
 
+/// Largest number of characters of a path in a list of drives.
+const PATH: usize = 40;
 /// Number of files that the text lists: a fleet can have thousands.
 const FILES: usize = 8;
-
-/// Information of the caller besides the result.
-#[derive(Debug, Clone, Default)]
-pub struct Beside<'a> {
-    /// Training window of every file whose end is held back \[s\]; empty if separate files are held back.
-    pub trained: &'a [[f64; 2]],
-    /// The command that calibrates the extended model.
-    pub again: Option<Again>,
-}
 
 /// The next command after a diagnosis.
 #[derive(Debug, Clone, Default)]
@@ -37,20 +30,20 @@ pub struct Again {
     pub on: String,
 }
 
-/// The whole text of a diagnosis, in the order of its steps.
+/// The whole text of a diagnosis, in the order of its steps, with the command that calibrates the extended model if the caller has one.
 #[must_use]
-pub fn diagnosis(outcome: &Outcome, beside: &Beside) -> String {
+pub fn diagnosis(outcome: &Outcome, again: Option<&Again>) -> String {
     let mut text = String::new();
     // Writing to a String cannot fail.
-    let _ = write_all(&mut text, outcome, beside);
+    let _ = write_all(&mut text, outcome, again);
     text
 }
 
-fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt::Result {
+fn write_all(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std::fmt::Result {
     text.push_str("In short\n");
     in_short(outcome).sentences().for_each(|sentence| text.push_str(&wrapped(0, 2, sentence)));
     text.push('\n');
-    text.push_str(&data(&outcome.data, &outcome.data_findings, beside.trained));
+    text.push_str(&data(&outcome.data, &outcome.data_findings));
     outcome.fleet.iter().for_each(|fleet| text.push_str(&wrapped(0, 2, &fleet_in_words(fleet))));
     text.push_str(&wrapped(0, 2, &outcome.held_back));
     section(text, "2. What is wrong, and where?", |text| {
@@ -62,7 +55,7 @@ fn write_all(text: &mut String, outcome: &Outcome, beside: &Beside) -> std::fmt:
         causes::verdict(text, outcome);
         Ok(())
     })?;
-    section(text, "4. The model with it", |text| models(text, outcome, beside.again.as_ref()))?;
+    section(text, "4. The model with it", |text| models(text, outcome, again))?;
     section(text, "5. The gain on unseen drives", |text| held_back(text, &outcome.base_held_back))?;
     section(text, "6. What is left", |text| {
         left(text, outcome);
@@ -104,9 +97,9 @@ fn wrong(text: &mut String, outcome: &Outcome) {
     }
 }
 
-/// The section on the data; `trained` as in [`Beside`]. Notes that all drives share are written once.
+/// The section on the data. Notes that all drives share are written once.
 #[must_use]
-pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]]) -> String {
+pub fn data(data: &[DataEntry], findings: &[FindingEntry]) -> String {
     let mut text = "1. Are the data sound?\n".to_owned();
     let notes: Vec<Vec<String>> = data.iter().map(|entry| notes(entry, findings)).collect();
     let of_all = |note: &&String| data.len() > 1 && notes.iter().all(|other| other.contains(note));
@@ -120,12 +113,12 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry], trained: &[[f64; 2]])
     for &i in listed.iter().take(FILES) {
         let (entry, own) = (&data[i], &notes[i]);
         let [from, to] = entry.window_s;
-        let held_back = trained.get(i).map_or(String::new(), |[_, until]| format!(", held back from {until:.1} s"));
-        let mut line = format!("{} [{}]", entry.path, entry.role);
+        let mut line = end(&entry.path, PATH);
         line += &entry.follower().map_or_else(String::new, |follower| format!(" follower {follower}"));
         line += &if entry.name.is_empty() { String::new() } else { format!(", {}", entry.name) };
         line += &entry.trajectory.as_ref().map_or_else(String::new, |id| format!(", trajectory {id}"));
-        line += &format!(", {from:.1} to {to:.1} s{held_back}");
+        line += &format!(", {from:.1} to {to:.1} s");
+        line += if entry.is_held_back() { ", held back" } else { "" };
         text.push_str(&wrapped(0, 2, &line));
         own.iter().filter(|note| !shared.contains(note)).for_each(|note| text.push_str(&wrapped(2, 4, note)));
     }

@@ -158,6 +158,12 @@ impl DataEntry {
         Some(self.follower).filter(|follower| *follower > 0)
     }
 
+    /// True if it only tests the result.
+    #[must_use]
+    pub fn is_held_back(&self) -> bool {
+        self.role == "holdout"
+    }
+
     /// A trajectory, before the check of its data.
     #[must_use]
     pub fn of(trajectory: &Trajectory, role: &str) -> DataEntry {
