@@ -288,6 +288,12 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
         "gain": {"measure": "nrmse_sva_10s", "base": 1.0, "extended": 0.9, "interval": [0.05, 0.15]},
         "confidence_set": [], "collisions": {"base": 0, "extended": 0}
     });
+    let mut helpful = recommended.clone();
+    helpful["why"] = "helps".into();
+    helpful["causes"]
+        .as_array_mut()
+        .expect("a list")
+        .push(serde_json::json!({"name": "grade", "meaning": "", "parameters": []}));
     let named = "idm+delay lacks dead_zone (small errors of the gap are not corrected).";
     let once = "idm+delay lacks headway_mode_change (another gap setting was chosen).";
     let falls = "With it, the error on unseen drives falls by 7 % [1, 13].";
@@ -304,6 +310,17 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
             [once, "Whole drives cannot test an effect that occurs only once: do not use it for other drives.", ""],
         ),
         ("dead_zone", &tested, None, Some(recommended), [named, "Recommended: idm+delay with dead_zone", ""]),
+        (
+            "dead_zone",
+            &tested,
+            None,
+            Some(helpful),
+            [
+                named,
+                "Not named, but supported by whole drives: grade.",
+                "Recommended: idm+delay with dead_zone and grade.",
+            ],
+        ),
     ] {
         let outcome = outcome(serde_json::json!({
             "verdict": "named", "causes": cause(name), "gain": gain, "closed_loop": closed_loop, "recommended": recommended

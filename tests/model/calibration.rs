@@ -48,7 +48,7 @@ fn ga_reaches_the_authors_optimum() {
     }
 }
 
-/// P3 follower 1 again: 300 evaluations come near the optima of searches with 2,000 per parameter.
+/// P3 follower 1 again: scores after 300 evaluations are within 10 % of the lowest known ones (`calibrate` with the default).
 #[test]
 fn auto_needs_few_evaluations() {
     let Some(shared) = common::shared("auto_needs_few_evaluations") else { return };
@@ -63,7 +63,7 @@ fn auto_needs_few_evaluations() {
         let settings = Calibration { seed: 1, replicates: 3, stop, ..Calibration::default() };
         let found = calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(())).expect("results");
         let ratios: Vec<f64> = found.iter().map(|replicate| replicate.score / optimum).collect();
-        assert!(ratios.iter().all(|ratio| (0.999..1.2).contains(ratio)), "{name}: {ratios:?}");
+        assert!(ratios.iter().all(|ratio| (0.999..1.1).contains(ratio)), "{name}: {ratios:?}");
     }
 }
 

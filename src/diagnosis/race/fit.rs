@@ -155,7 +155,7 @@ impl Entry {
 
     /// True if the interval of one of its parameters at a horizon excludes the value at which the parameter does nothing.
     #[must_use]
-    pub fn is_certain(&self, cause: &'static Extension, horizon: usize) -> bool {
+    pub fn excludes_neutral(&self, cause: &'static Extension, horizon: usize) -> bool {
         let excludes = |k: usize| {
             let neutral = self.neutral(k);
             self.interval(k, horizon).is_some_and(|[low, high]| neutral < low || high < neutral)

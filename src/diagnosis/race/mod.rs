@@ -107,7 +107,7 @@ pub struct Request<'a> {
 /// The answer of the race.
 #[derive(Debug)]
 pub struct Answer {
-    /// The named causes; `None` if models without a common family follow the drives as well.
+    /// The named causes, if any ([`naming::named`]).
     pub named: Option<Named>,
     /// Causes that the likelihood names.
     likely: Vec<&'static Extension>,
@@ -489,14 +489,13 @@ fn round(
     let best = best.min_by(|&a, &b| simplest(&entered, a, b, &gain));
     let named = called(best.map_or(&[], |k| entered[k].added(own)));
     match (&mut answer.named, named) {
-        // The larger model has the parameters of all causes.
+        // The sizes of all causes are those of the larger model.
         (Some(so_far), Some(more)) => {
-            let is_new = |cause: &&'static Extension| !so_far.causes.contains(cause);
-            let new: Vec<&'static Extension> = more.causes.into_iter().filter(is_new).collect();
-            if !new.is_empty() {
-                so_far.rivals.extend(more.rivals.into_iter().filter(|(of, _)| new.contains(of)));
-                so_far.causes.extend(new);
-                so_far.entry = more.entry;
+            let keeps_all = so_far.causes.iter().all(|cause| more.causes.contains(cause));
+            if keeps_all && more.causes.len() > so_far.causes.len() {
+                let is_new = |(of, _): &(&'static Extension, _)| !so_far.causes.contains(of);
+                so_far.rivals.extend(more.rivals.into_iter().filter(is_new));
+                (so_far.causes, so_far.entry) = (more.causes, more.entry);
             }
         }
         (so_far, named) => *so_far = so_far.take().or(named),

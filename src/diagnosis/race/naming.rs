@@ -7,11 +7,12 @@ use super::{OF_A_NAME, loss, names};
 use crate::extension::Extension;
 use crate::result::diagnosis::recommended::Power;
 use std::cmp::Ordering;
+use std::collections::BTreeSet;
 
 /// The names: the families that all models indistinguishable from the best have in common.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Named {
-    /// Causes of the best model, of these families.
+    /// Causes of the best model, of these families, whose intervals exclude no effect.
     pub causes: Vec<&'static Extension>,
     /// Alternatives in other models: the cause that they lack, and the cause in its place.
     pub rivals: Vec<(&'static Extension, &'static Extension)>,
@@ -46,8 +47,8 @@ pub fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec
 }
 
 /// The families common to all models with causes that cannot be distinguished from the best at a horizon, provided that the reference can
-/// be distinguished; of these, as many as a model has, with a size beyond doubt, that beats the reference by more than chance. The named causes
-/// are those of such a model, with the recommended causes if possible.
+/// be distinguished; of these, as many as a model has that beats the reference by more than chance. A named cause has a size in that model, and
+/// the interval of its size excludes no effect.
 pub fn named(
     entered: &[Entry],
     table: &Table,
@@ -81,16 +82,18 @@ pub fn named(
         let (share, least) = drivers.map_or((1.0, 1.0), |(mixture, [least, _])| (mixture.share, least));
         row.p <= policy.chance_of_a_name && least > 0.0 && row.gains[OF_A_NAME].share >= policy.least_gain * share
     };
-    let causes_of = |k: usize| {
-        let is_named =
-            |cause: &&'static Extension| families.contains(&cause.family()) && entered[k].is_certain(cause, OF_A_NAME);
-        entered[k].causes.iter().copied().filter(is_named).collect::<Vec<_>>()
+    let is_named = |k: usize, cause: &'static Extension| {
+        let has_effect = counts(k, cause, &[OF_A_NAME]) && entered[k].excludes_neutral(cause, OF_A_NAME);
+        has_effect && families.contains(&cause.family())
     };
-    let count = |k: usize| causes_of(k).len();
+    let causes_of =
+        |k: usize| entered[k].causes.iter().copied().filter(|cause| is_named(k, cause)).collect::<Vec<&Extension>>();
+    let count = |k: usize| causes_of(k).iter().map(|cause| cause.family()).collect::<BTreeSet<&str>>().len();
     let evidence = |k: usize| -table.rows[k].t;
     let is_recommended = |k: usize| recommended.iter().all(|cause| entered[k].causes.contains(cause));
-    let most = |a: usize, b: usize| (count(b), is_recommended(b)).cmp(&(count(a), is_recommended(a)));
-    let order = |a: usize, b: usize| most(a, b).then(simplest(entered, a, b, &evidence));
+    // Evidence and sizes are those of a model without other causes, if there is one.
+    let merits = |k: usize| (count(k), causes_of(k).len() == entered[k].causes.len(), is_recommended(k));
+    let order = |a: usize, b: usize| merits(b).cmp(&merits(a)).then(simplest(entered, a, b, &evidence));
     let best = (0..entered.len()).filter(|&k| count(k) > 0 && gains(k)).min_by(|&a, &b| order(a, b))?;
     let row = &table.rows[best];
     let causes = causes_of(best);

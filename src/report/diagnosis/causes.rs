@@ -85,8 +85,10 @@ fn one(text: &mut String, outcome: &Outcome, cause: &CauseEntry) {
         kind => format!(": evidence {:.0}, threshold {:.0} ({kind})", cause.evidence, cause.threshold),
     };
     let place = cause.recording.as_ref().map(|recording| format!("in {recording}"));
-    let lines = [Some(format!("{}{how}", cause.name)), cause.equation.clone(), place];
-    text.push_str(&wrapped(0, 2, &lines.into_iter().flatten().collect::<Vec<_>>().join("; ")));
+    let lines: Vec<String> = [cause.equation.clone(), place].into_iter().flatten().collect();
+    if !(how.is_empty() && lines.is_empty()) {
+        text.push_str(&wrapped(0, 2, &[vec![format!("{}{how}", cause.name)], lines].concat().join("; ")));
+    }
     let rivals: Vec<String> = outcome.rivals(cause).map(sized).collect();
     if !rivals.is_empty() {
         let rivals = format!("as good as {}: {}", cause.name, rivals.join(", "));

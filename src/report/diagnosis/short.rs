@@ -134,7 +134,7 @@ fn in_words(name: &str, meaning: &str, parameters: &[ParameterEntry]) -> String 
 /// The conclusion of a diagnosis.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Short {
-    /// A warning about the data, the verdict, and what whole drives say against it.
+    /// A warning about the data, the verdict, and what whole drives say beyond or against it.
     pub answer: Vec<String>,
     /// The consequences of the verdict.
     pub more: Vec<String>,
@@ -233,15 +233,9 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
 /// The recommended causes that are not named.
 fn beyond_names(outcome: &Outcome, recommended: &Recommended) -> String {
     let is_named = |own: &&RecommendedCause| outcome.causes.iter().any(|cause| cause.name == own.name);
-    let (named, others): (Vec<_>, Vec<_>) = recommended.causes.iter().partition(is_named);
-    let list =
-        |all: Vec<&RecommendedCause>| all.iter().map(|cause| cause.name.as_str()).collect::<Vec<_>>().join(" and ");
-    match named.is_empty() {
-        true => format!("Whole drives support a different extension: {}.", list(others)),
-        false => {
-            format!("Whole drives confirm {}. They also support {}, which is not named.", list(named), list(others))
-        }
-    }
+    let others: Vec<&str> =
+        recommended.causes.iter().filter(|own| !is_named(own)).map(|own| own.name.as_str()).collect();
+    format!("Not named, but supported by whole drives: {}.", others.join(" and "))
 }
 
 /// The first check that the model with the named causes fails.

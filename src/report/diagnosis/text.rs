@@ -225,7 +225,7 @@ fn held_back(text: &mut String, drives: &[HeldBackEntry]) -> std::fmt::Result {
         return Ok(());
     }
     let both = drives.iter().any(|drive| drive.recommended.is_some());
-    let of = if both { "rms: base, recommended" } else { "rms: base" };
+    let of = if both { "errors: base, recommended" } else { "errors: base" };
     let heads = ["spacing [m]", "speed [m/s]", "accel [m/s²]", "NRMSE"].map(|head| format!("{head:>CELL$}"));
     writeln!(text, "{of:NAME$}{}", heads.concat())?;
     for drive in drives {

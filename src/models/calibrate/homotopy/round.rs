@@ -16,14 +16,14 @@ const SCREENING: f64 = 0.25;
 /// coordinates is at least [`APART`].
 const STARTS: usize = 10;
 const PULLED: usize = 6;
-/// Number of iterations of a search for which there should be evaluations; otherwise fewer starts descend.
-const ALL_TURNS: usize = 15;
 /// Number of points that continue to the end.
 const FINAL: usize = 3;
 /// Gain of an iteration, as a share of the cost, below which a descent has converged.
 const ROUGH: f64 = 1e-4;
 /// Without a pull: iterations, and the number of points that continue after them.
 const DIRECT: [(usize, usize); 3] = [(3, STARTS), (4, 5), (8, FINAL)];
+/// Iterations for which there should be evaluations, about those of a search; otherwise fewer starts descend.
+const ALL_TURNS: usize = DIRECT[0].0 + DIRECT[1].0 + DIRECT[2].0;
 /// Shares of the residuals that are taken back after each step, one level after the other; and the multiple of the best cost beyond which a
 /// point is dropped at the end of the level.
 const LEVELS: [(f64, f64); 3] = [(0.1, 1.5), (0.01, 1.5), (0.001, 1.25)];
