@@ -107,7 +107,7 @@ pub struct Request<'a> {
 /// The answer of the race.
 #[derive(Debug)]
 pub struct Answer {
-    /// The named causes, if any ([`naming::named`]).
+    /// The named causes, if any.
     pub named: Option<Named>,
     /// Causes that the likelihood names.
     likely: Vec<&'static Extension>,

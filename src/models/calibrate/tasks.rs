@@ -5,6 +5,7 @@ use super::search::{Group, Search, advance};
 use super::settled::settled;
 use super::{CalibrateError, Calibration, Progress, Replicate, SearchSpace, StopReason};
 use crate::evaluator::Evaluator;
+use crate::lanes::{Lanes, LanesPrecision};
 use rayon::prelude::*;
 use std::ops::{ControlFlow, Range};
 use std::sync::Mutex;
@@ -64,6 +65,14 @@ pub(super) fn run(
     if told.lock().unwrap_or_else(std::sync::PoisonError::into_inner).1 {
         going.clear();
     }
+    // After a search by derivatives the result must not depend on the evaluator.
+    let mut exact = match &ground {
+        Some(_) if !going.is_empty() => {
+            Some(Lanes::new(evaluator.cases().to_vec(), *evaluator.gof(), LanesPrecision::F64)?)
+        }
+        _ => None,
+    };
+    let evaluator = exact.as_mut().map_or(evaluator, |exact| exact as &mut dyn Evaluator);
     let search = |i: &usize| {
         let (task, mut settings) = (&tasks[*i], *settings);
         let earlier = match &begun[*i] {
