@@ -16,20 +16,23 @@ const SCREENING: f64 = 0.25;
 /// coordinates is at least [`APART`].
 const STARTS: usize = 10;
 const PULLED: usize = 6;
+/// Number of iterations for which there should be evaluations; otherwise fewer starts descend.
+const SOME_TURNS: usize = 5;
 /// Number of points that continue to the end.
 const FINAL: usize = 3;
 /// Gain of an iteration, as a share of the cost, below which a descent has converged.
 const ROUGH: f64 = 1e-4;
 /// Without a pull: iterations, and the number of points that continue after them.
 const DIRECT: [(usize, usize); 3] = [(3, STARTS), (4, 5), (8, FINAL)];
-/// Iterations for which there should be evaluations, about those of a search; otherwise fewer starts descend.
-const ALL_TURNS: usize = DIRECT[0].0 + DIRECT[1].0 + DIRECT[2].0;
-/// Shares of the residuals that are taken back after each step, one level after the other; and the multiple of the best cost beyond which a
-/// point is dropped at the end of the level.
-const LEVELS: [(f64, f64); 3] = [(0.1, 1.5), (0.01, 1.5), (0.001, 1.25)];
+/// Shares of the residuals that are taken back after each step, one level after the other.
+const LEVELS: [f64; 5] = [0.1, 0.03, 0.01, 0.003, 0.001];
 /// Iterations of a level, and of the runs without a pull that follow.
-const TURNS: usize = 2;
+const TURNS: usize = 4;
 const FREE_TURNS: usize = 10;
+/// A pull from which on costs are nearly those of free runs.
+const WEAK: f64 = 0.003;
+/// At changes to a weaker pull, points whose cost exceeds this multiple of the best are dropped.
+const BEHIND: [f64; 2] = [1.5, 1.25];
 
 /// Removes points that have met a better one, and stops those that have entered one of these basins.
 struct Merging<'r, 'a> {
@@ -86,13 +89,14 @@ impl Search<'_> {
 
     /// Under a pull that fades.
     async fn homotopy(&mut self, places: &[Vec<f64>]) -> Result<Vec<Walker>, CalibrateError> {
-        let mut starts = self.best_starts(places, pulled(LEVELS[0].0), PULLED).await?;
-        for (share, behind) in LEVELS {
+        let mut starts = self.best_starts(places, pulled(LEVELS[0]), PULLED).await?;
+        for share in LEVELS {
             let course = Course { pull: pulled(share), turns: TURNS, tolerance: ROUGH };
             let mut watch = Merging { record: &mut self.record, basins: &[] };
             let walkers = merged(descend_on(&self.coarse, starts, &[], course, &mut watch).await?);
             let Some(best) = walkers.first().map(|walker| walker.cost) else { return Ok(walkers) };
-            let near = walkers.into_iter().filter(|walker| walker.cost <= best * behind);
+            let weak = usize::from(share <= WEAK);
+            let near = walkers.into_iter().filter(|walker| walker.cost <= best * BEHIND[weak]);
             starts = near.map(|walker| walker.place).collect();
         }
         let course = Course { pull: pulled(0.0), turns: FREE_TURNS, tolerance: ROUGH };
@@ -100,7 +104,8 @@ impl Search<'_> {
         Ok(descend_on(&self.coarse, starts, &[], course, &mut watch).await?)
     }
 
-    /// The best distinct points, at most this many and as many as there are evaluations for their descents; none if there are too few.
+    /// The best distinct points, at most this many and as many as there are evaluations to improve them for some iterations; none if there are
+    /// too few.
     async fn best_starts(
         &mut self,
         places: &[Vec<f64>],
@@ -112,7 +117,7 @@ impl Search<'_> {
         }
         let costs = self.coarse.costs(places, pull).await?;
         let left = self.record.settings.stop.max_evaluations.saturating_sub(self.record.evaluations) as usize;
-        let affordable = (left / (ALL_TURNS * turn(self.smooth.dimensions()))).clamp(1, most);
+        let affordable = (left / (SOME_TURNS * turn(self.smooth.dimensions()))).clamp(1, most);
         let starts = best_apart(places, &costs, affordable);
         if self.record.best.is_none() && self.record.stopped.is_none() {
             self.score_exactly(&starts).await?;
