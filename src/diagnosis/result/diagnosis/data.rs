@@ -83,7 +83,7 @@ impl FindingEntry {
         self.file == drive.path && (self.trajectory.is_none() || self.trajectory == drive.trajectory)
     }
 
-    /// True for a constant error of a signal that is too small to change a calibration.
+    /// True if this is a constant error too small to change a calibration.
     #[must_use]
     pub fn is_minor(&self) -> bool {
         let constants = [FindingKind::SpeedScale, FindingKind::GapOffset, FindingKind::ClockOffset];
