@@ -48,6 +48,25 @@ fn ga_reaches_the_authors_optimum() {
     }
 }
 
+/// P3 follower 1 again: scores after 600 evaluations are within 20 % of the lowest known ones (`calibrate` with the default).
+#[test]
+fn auto_needs_few_evaluations() {
+    let Some(shared) = common::shared("auto_needs_few_evaluations") else { return };
+    let recording = import::read(&shared.join("data/astazero_c2art/ASta_040719_platoon7.csv"), None).expect("P3");
+    let trajectory = prepare(&recording, 1, &Preparation::default()).expect("follower 1").remove(0);
+    for (name, optimum) in [("idm", 0.37958), ("gipps+delay", 0.28165), ("l-cth", 0.32576)] {
+        let variant: Variant = name.parse().expect("a variant");
+        let space = SearchSpace::new(&variant, None, Convention::PAPER, &Overrides::new()).expect("bounds");
+        let case = Case::new(&trajectory, variant, None, Convention::PAPER, space.tau_p_upper()).expect("a case");
+        let mut lanes = Lanes::new(vec![case], GoodnessOfFit::NRMSE_SVA, LanesPrecision::F64).expect("lanes");
+        let stop = Stop { max_evaluations: 600, ..Stop::default() };
+        let settings = Calibration { seed: 1, replicates: 3, stop, ..Calibration::default() };
+        let found = calibrate(&mut lanes, &space, &settings, &mut |_| ControlFlow::Continue(())).expect("results");
+        let ratios: Vec<f64> = found.iter().map(|replicate| replicate.score / optimum).collect();
+        assert!(ratios.iter().all(|ratio| (0.999..1.2).contains(ratio)), "{name}: {ratios:?}");
+    }
+}
+
 /// A leader that accelerates, brakes and cruises, for 120 s.
 fn leader() -> Vec<f64> {
     let speed = |t: f64| 18.0 + 5.0 * (t / 9.0).sin() + 2.0 * (t / 3.7).cos();

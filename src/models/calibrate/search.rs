@@ -17,7 +17,7 @@ use std::time::Instant;
 /// State of the search. Raise it whenever the same seed gives another result: another score, other parameters or another number of
 /// evaluations, for any reason (optimisers, search space, stopping rules, evaluators). Ids of tasks and journals contain it, so that
 /// results of two states never mix. Versions before 2 did not record it.
-pub const SEARCH_REVISION: u32 = 15;
+pub const SEARCH_REVISION: u32 = 16;
 
 /// Program, version and state of its search, `leadlag 0.1.0+search15`: with the same one a seed gives the same result.
 pub static PROGRAM: LazyLock<String> =

@@ -17,7 +17,7 @@ const SCREENING: f64 = 0.25;
 const STARTS: usize = 10;
 const PULLED: usize = 6;
 /// Number of iterations for which there should be evaluations; otherwise fewer starts descend.
-const SOME_TURNS: usize = 5;
+const SOME_TURNS: usize = DIRECT[0].0 + DIRECT[1].0 + DIRECT[2].0;
 /// Number of points that continue to the end.
 const FINAL: usize = 3;
 /// Gain of an iteration, as a share of the cost, below which a descent has converged.
