@@ -302,7 +302,7 @@ fn diagnosed(task: &DiagnosisTask, recommends: bool) -> DiagnosisOutcome {
         outcome.recommended = Some(answer.recommended().iter().map(|cause| cause.name.clone()).collect());
         if let Some(named) = answer.named.filter(|_| likely.is_empty()) {
             outcome.adopted = named.causes.iter().map(|cause| cause.name.clone()).collect();
-            outcome.confounded_with = named.rivals.iter().map(|(_, rival)| rival.name.clone()).collect();
+            outcome.confounded_with = named.rivals.iter().map(|rival| rival.cause.name.clone()).collect();
             outcome.verdict = if named.rivals.is_empty() { "named" } else { "ambiguous" }.to_owned();
         }
     }

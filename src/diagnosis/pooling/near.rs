@@ -30,6 +30,10 @@ impl<S: descent::Surface> descent::Surface for Near<'_, S> {
         self.surface.dimensions()
     }
 
+    fn is_logarithm(&self) -> bool {
+        self.surface.is_logarithm()
+    }
+
     fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, S::Error> {
         let costs = self.surface.costs(places, pull)?;
         Ok(costs.iter().zip(places).map(|(cost, place)| cost + self.penalty(place)).collect())

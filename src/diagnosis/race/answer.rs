@@ -163,19 +163,17 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
 fn add_names(outcome: &mut Outcome, answer: &Answer, named: &Named) {
     let entry = &answer.entries[named.entry];
     outcome.causes = named.causes.iter().map(|cause| cause_entry(entry, named, cause, None)).collect();
-    let rivals = named.rivals.iter().filter_map(|(of, rival)| {
-        let holds = |entry: &&Entry| entry.causes.contains(rival);
-        Some(cause_entry(answer.entries.iter().find(holds)?, named, rival, Some(of)))
-    });
-    outcome.confounded_with = rivals.collect();
+    let rivals = named.rivals.iter();
+    outcome.confounded_with =
+        rivals.map(|rival| cause_entry(&answer.entries[rival.entry], named, rival.cause, Some(rival.of))).collect();
     outcome.verdict = if named.rivals.is_empty() { Verdict::Named } else { Verdict::Ambiguous };
     outcome.reason = format!(
         "{:.1} standard errors better than the base on left-out data, p {}",
         named.evidence[0],
         at_most(named.evidence[1])
     );
-    if let Some((of, rival)) = named.rivals.first() {
-        outcome.reason += &format!(". Drives that would distinguish them: {}", experiment(of, rival));
+    if let Some(rival) = named.rivals.first() {
+        outcome.reason += &format!(". Drives that would distinguish them: {}", experiment(rival.of, rival.cause));
     }
 }
 

@@ -31,7 +31,7 @@ struct Plan {
     fine: usize,
 }
 
-/// Search of a law; of a law with causes, or after some stretches were left out; and of a fold, which starts at the fit to all parts.
+/// Search of a law; of a law with causes; and of a fold, which starts at the fit to all parts.
 const OF_LAW: Plan = Plan { rough: 4, keep: 4, fine: 16 };
 /// See [`OF_LAW`].
 const OF_CAUSE: Plan = Plan { rough: 2, keep: 1, fine: 8 };
@@ -46,11 +46,12 @@ const SEARCHED: usize = 8;
 /// Number of points that start the next horizon, and number of sizes of a cause to try beside them.
 const LEADING: usize = 2;
 /// See [`LEADING`].
-const SIZED: usize = 3;
+const SIZED: usize = 2;
 /// Time constant of the correction in the first iterations over whole drives \[s\]: some times that of the horizon before.
 const ROUGH_S: f64 = 60.0;
-/// Gain of an iteration, as a share of the cost, below which a descent has converged.
-pub(super) const TOLERANCE: f64 = 1e-4;
+/// Gain of an iteration below which a descent has converged: a share of NRMSE(s,v,a), or of the squared errors of bins; the least gain of a
+/// name is twenty times as much.
+pub(super) const TOLERANCE: f64 = 1e-3;
 /// Smallest desired speed of a law \[m/s\]; some laws divide by it.
 const LEAST_V_0: f64 = 5.0;
 /// The surface sets the correction from its horizon.
@@ -138,19 +139,6 @@ impl Entry {
     pub fn neutral(&self, k: usize) -> f64 {
         let axis = &self.model.axes[k];
         self.model.symbols[k].neutral().unwrap_or(axis.lower).clamp(axis.lower, axis.upper)
-    }
-
-    /// True if a cause has a size at a horizon: a parameter that is farther from its neutral value than this share of its axis.
-    #[must_use]
-    pub fn has_size(&self, cause: &'static Extension, horizon: usize, none: f64) -> bool {
-        let Some(fit) = &self.fits[horizon] else { return false };
-        let distance = |k: usize| {
-            let axis = &self.model.axes[k];
-            (axis.coordinate(fit.whole[k]) - axis.coordinate(self.neutral(k))).abs()
-        };
-        // Where few drivers have the cause, the common size is small.
-        let size = fit.judged.as_ref().and_then(|judged| judged.mixture).map_or(1.0, |mixture| mixture.size());
-        self.model.positions(cause).into_iter().any(|k| size * distance(k) >= none)
     }
 
     /// True if the interval of one of its parameters at a horizon excludes the value at which the parameter does nothing.
@@ -281,17 +269,17 @@ impl Field {
         Ok(Fit { whole, trained, cost: walker.cost, place: walker.place.clone(), judged: None })
     }
 
-    /// Fits a law at every horizon, from random candidates and textbook values. It begins under the strongest correction, where most starts
-    /// lead to the same minimum. Every model has the nuisance lead: a car reacts in finer steps than a model, and a cause must not get the
+    /// Fits a law at these first horizons, from random candidates and textbook values. It begins under the strongest correction, where most
+    /// starts lead to the same minimum. Every model has the nuisance lead: a car reacts in finer steps than a model, and a cause must not get the
     /// credit for that.
     ///
     /// # Errors
     /// As [`Model::new`]; [`DiagnoseError::Stopped`].
-    pub fn law(&self, variant: Variant, watching: &Watching<'_>) -> Result<Entry, DiagnoseError> {
+    pub fn law(&self, variant: Variant, horizons: &[Horizon], watching: &Watching<'_>) -> Result<Entry, DiagnoseError> {
         let led = extension_named(LEAD).and_then(|lead| variant.with(lead).ok());
         let model = self.model(led.unwrap_or(variant))?;
         let (mut fits, mut leading): (Vec<Option<Fit>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
-        for horizon in Horizon::ALL {
+        for &horizon in horizons {
             let surface = self.surface(&model, &self.all, horizon);
             let starts = if leading.is_empty() { self.starts(&surface)? } else { leading.clone() };
             let walkers = Self::search(&surface, starts, OF_LAW, watching)?;
@@ -330,8 +318,8 @@ impl Field {
         walkers.first().map_or(Ok(None), |walker| self.without_folds(model, horizon, &walker.place, watching))
     }
 
-    /// Fits a model with more causes than `base` at every horizon; `None` if the drives or the law lack something that it needs. The fits
-    /// start at the base and at models with some of the causes.
+    /// Fits a model with more causes than `base` at these first horizons; `None` if the drives or the law lack something that it needs. The
+    /// fits start at the base and at models with some of the causes.
     ///
     /// # Errors
     /// [`DiagnoseError::Evaluate`].
@@ -340,6 +328,7 @@ impl Field {
         base: &Entry,
         added: &[&'static Extension],
         parts: &[&Entry],
+        horizons: &[Horizon],
         watching: &Watching<'_>,
     ) -> Result<Option<Entry>, DiagnoseError> {
         let Ok(variant) = added.iter().try_fold(base.model.variant, |variant, cause| variant.with(cause)) else {
@@ -347,7 +336,7 @@ impl Field {
         };
         let Ok(model) = self.model(variant) else { return Ok(None) };
         let (mut fits, mut leading): (Vec<Option<Fit>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
-        for (k, horizon) in Horizon::ALL.into_iter().enumerate() {
+        for (k, &horizon) in horizons.iter().enumerate() {
             let surface = self.surface(&model, &self.all, horizon);
             let (mut starts, mut sized) = (leading.clone(), Vec::new());
             for entry in parts.iter().chain([&base]) {
@@ -374,21 +363,25 @@ impl Field {
         Ok(Some(self.entry(causes, model, fits)))
     }
 
-    /// Fits a model that was fitted to other drives, from its fits at all horizons.
+    /// Fits a model at every horizon, each from its fit to other drives; a horizon without one from those of the others.
     ///
     /// # Errors
     /// As [`Model::new`]; [`DiagnoseError::Stopped`].
     pub fn again(&self, entry: &Entry, watching: &Watching<'_>) -> Result<Entry, DiagnoseError> {
         let model = self.model(entry.model.variant)?;
-        let starts: Vec<Vec<f64>> =
-            entry.fits.iter().flatten().map(|fit| model.adopt(&entry.model, &fit.whole)).collect();
-        let fit = |horizon| {
+        let fits: Vec<Option<Vec<f64>>> =
+            entry.fits.iter().map(|fit| Some(model.adopt(&entry.model, &fit.as_ref()?.whole))).collect();
+        let fit = |(k, horizon): (usize, Horizon)| {
             let surface = self.surface(&model, &self.all, horizon);
-            let places = starts.iter().map(|values| surface.place(values)).collect();
-            let walkers = Self::search(&surface, places, OF_CAUSE, watching)?;
+            let (starts, plan) = match fits.get(k) {
+                Some(Some(own)) => (vec![own.clone()], OF_FOLD),
+                _ => (fits.iter().flatten().cloned().collect(), OF_LAW),
+            };
+            let places = starts.iter().map(|values: &Vec<f64>| surface.place(values)).collect();
+            let walkers = Self::search(&surface, places, plan, watching)?;
             walkers.first().map(|walker| self.fit(&surface, walker)).transpose()
         };
-        let fits = Horizon::ALL.into_iter().map(fit).collect::<Result<_, _>>()?;
+        let fits = Horizon::ALL.into_iter().enumerate().map(fit).collect::<Result<_, _>>()?;
         Ok(self.entry(entry.causes.clone(), model, fits))
     }
 

@@ -21,7 +21,7 @@ pub mod surface;
 pub use answer::{Delivered, combine};
 pub use evidence::{Evidence, Gain};
 pub use fit::{Entry, Field, Fit, Judged};
-pub use naming::Named;
+pub use naming::{Named, Rival};
 pub use not_followed::{NotFollowed, without};
 pub use parts::{Parts, Unit};
 pub use policy::{Policy, rounds};
@@ -60,6 +60,8 @@ pub enum Horizon {
 impl Horizon {
     /// All horizons, the shortest first: the fits at one give the starts of the next.
     pub const ALL: [Horizon; HORIZONS] = [Horizon::Step, Horizon::Window, Horizon::Drive];
+    /// Those with a correction.
+    pub const CORRECTED: &'static [Horizon] = &[Horizon::Step, Horizon::Window];
 
     /// Time constant of the correction \[s\]: about one reaction time, and several; `None` for whole drives.
     #[must_use]
@@ -185,7 +187,7 @@ fn names(causes: &[&'static Extension]) -> Vec<String> {
 }
 
 /// The models fitted before any cause is judged: the base, other laws, and the base with delays and lags. The best of them follows all
-/// normal behaviour of the car.
+/// normal behaviour of the car. They are fitted at the horizons with a correction first, which show the stretches that none follows.
 struct First {
     field: Field,
     base: Entry,
@@ -200,22 +202,18 @@ impl First {
     /// As [`Field::model`].
     fn fit(request: &Request<'_>, drives: &[Drive], watching: &Watching<'_>) -> Result<First, DiagnoseError> {
         let field = Field::new(Parts::of(drives, request.unit), request.bounds, request.seed);
-        let base = field.law(request.base, watching)?;
+        let base = field.law(request.base, Horizon::CORRECTED, watching)?;
         let others: Vec<&Base> = BASES.iter().filter(|law| **law != request.base.base).collect();
         let law = |law: &&Base| {
             let variant = Variant { base: **law, extensions: Extensions::NONE, ..request.base };
             // Leave out a law that cannot be fitted.
-            Some((variant.name(), field.law(variant, watching).ok()?))
+            Some((variant.name(), field.law(variant, Horizon::CORRECTED, watching).ok()?))
         };
         let laws = others.par_iter().filter_map(law).collect();
         watching.go_on()?;
-        let is_late = |set: &&Vec<&'static Extension>| set.iter().any(|cause| cause.family() == PHASE);
-        let all = sets(request.causes, &[]);
-        let with_late: Vec<&Vec<&'static Extension>> = all.iter().filter(is_late).collect();
-        let of_late =
-            |set: &&Vec<&'static Extension>| with_late.iter().any(|late| set.iter().all(|cause| late.contains(cause)));
-        let late: Vec<Vec<&'static Extension>> = all.iter().filter(of_late).cloned().collect();
-        let late = with_causes(&field, &base, &late, Vec::new(), watching)?;
+        let is_late = |set: &Vec<&'static Extension>| matches!(&set[..], [cause] if cause.family() == PHASE);
+        let late: Vec<Vec<&'static Extension>> = sets(request.causes, &[]).into_iter().filter(is_late).collect();
+        let late = with_causes(&field, &base, &late, Vec::new(), Horizon::CORRECTED, watching)?;
         Ok(First { base, laws, late, field })
     }
 
@@ -224,7 +222,7 @@ impl First {
         laws.chain(&self.late).chain([&self.base]).map(|entry| entry.simulations).sum()
     }
 
-    /// Fits the same models to other drives, from their present fits.
+    /// Fits the same models at all horizons to these drives, from their present fits.
     ///
     /// # Errors
     /// As [`Field::model`].
@@ -271,15 +269,12 @@ pub fn race(
         }
     }
     watching.show(0.0, "fitting the base and other laws")?;
-    let mut first = First::fit(request, request.drives, &watching)?;
+    let first = First::fit(request, request.drives, &watching)?;
     let not_followed = first.not_followed(request.drives, policy);
-    let mut simulations = 0;
-    if not_followed.iter().any(|stretch| stretch.is_left_out) {
-        watching.show(0.15, "the same without stretches that no model follows")?;
-        simulations = first.simulations();
-        first = first.again(request, &without(request.drives, &not_followed, policy), &watching)?;
-    }
-    let First { field, mut base, laws, late } = first;
+    let simulations = first.simulations();
+    watching.show(0.15, "the same over whole drives, without stretches that no model follows")?;
+    let First { field, mut base, laws, late } =
+        first.again(request, &without(request.drives, &not_followed, policy), &watching)?;
     let mut answer = unjudged(request, policy, field, not_followed, simulations);
     if answer.tried.not_testable.is_some() {
         return Ok(answer);
@@ -403,6 +398,7 @@ fn with_causes(
     own: &Entry,
     sets: &[Vec<&'static Extension>],
     known: Vec<Entry>,
+    horizons: &[Horizon],
     watching: &Watching<'_>,
 ) -> Result<Vec<Entry>, DiagnoseError> {
     let mut all = known;
@@ -416,7 +412,7 @@ fn with_causes(
                 .iter()
                 .filter(|entry| matches!(entry.added(own), [part] if set.len() > 1 && set.contains(part)))
                 .collect();
-            field.with_causes(own, set, &parts, watching)
+            field.with_causes(own, set, &parts, horizons, watching)
         };
         let found: Vec<Option<Entry>> = new.par_iter().map(one).collect::<Result<_, DiagnoseError>>()?;
         all.extend(found.into_iter().flatten());
@@ -442,7 +438,7 @@ fn round(
         set.iter().all(|cause| !own.causes.contains(cause)) && (is_first || set.len() == 1)
     };
     let sets: Vec<Vec<&'static Extension>> = sets(request.causes, request.named).into_iter().filter(new).collect();
-    let mut entered = with_causes(field, own, &sets, known, watching)?;
+    let mut entered = with_causes(field, own, &sets, known, &Horizon::ALL, watching)?;
     watching.show(done + 0.2, "judging causes on unseen drives")?;
     let is_worth =
         |entry: &&mut Entry| entry.is_worth(own, policy.worth_trying) || is_same(&entry.causes, request.named);
@@ -493,7 +489,7 @@ fn round(
         (Some(so_far), Some(more)) => {
             let keeps_all = so_far.causes.iter().all(|cause| more.causes.contains(cause));
             if keeps_all && more.causes.len() > so_far.causes.len() {
-                let is_new = |(of, _): &(&'static Extension, _)| !so_far.causes.contains(of);
+                let is_new = |rival: &Rival| !so_far.causes.contains(&rival.of);
                 so_far.rivals.extend(more.rivals.into_iter().filter(is_new));
                 (so_far.causes, so_far.entry) = (more.causes, more.entry);
             }

@@ -9,13 +9,24 @@ use crate::result::diagnosis::recommended::Power;
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
 
+/// A cause that explains the drives as well as a named one.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Rival {
+    /// The named cause.
+    pub of: &'static Extension,
+    /// The alternative.
+    pub cause: &'static Extension,
+    /// Position of a model with it among the entries.
+    pub(crate) entry: usize,
+}
+
 /// The names: the families that all models indistinguishable from the best have in common.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Named {
     /// Causes of the best model, of these families, whose intervals exclude no effect.
     pub causes: Vec<&'static Extension>,
-    /// Alternatives in other models: the cause that they lack, and the cause in its place.
-    pub rivals: Vec<(&'static Extension, &'static Extension)>,
+    /// Alternatives in other models.
+    pub rivals: Vec<Rival>,
     /// Its gain in standard errors, and the probability of at least this gain by chance.
     pub evidence: [f64; 2],
     /// Its position among the entries.
@@ -47,8 +58,7 @@ pub fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec
 }
 
 /// The families common to all models with causes that cannot be distinguished from the best at a horizon, provided that the reference can
-/// be distinguished; of these, as many as a model has that beats the reference by more than chance. A named cause has a size in that model, and
-/// the interval of its size excludes no effect.
+/// be distinguished; of these, as many as a model has that beats the reference by more than chance.
 pub fn named(
     entered: &[Entry],
     table: &Table,
@@ -56,9 +66,8 @@ pub fn named(
     recommended: &[&'static Extension],
     (first, seed): (usize, u64),
 ) -> Option<Named> {
-    // A cause of size zero does not change the model.
     let counts = |k: usize, cause: &'static Extension, horizons: &[usize]| {
-        horizons.iter().any(|&horizon| entered[k].has_size(cause, horizon, policy.none))
+        horizons.iter().any(|&horizon| entered[k].excludes_neutral(cause, horizon))
     };
     let has = |k: usize, family: &str, horizons: &[usize]| {
         entered[k].causes.iter().any(|cause| cause.family() == family && counts(k, cause, horizons))
@@ -82,10 +91,8 @@ pub fn named(
         let (share, least) = drivers.map_or((1.0, 1.0), |(mixture, [least, _])| (mixture.share, least));
         row.p <= policy.chance_of_a_name && least > 0.0 && row.gains[OF_A_NAME].share >= policy.least_gain * share
     };
-    let is_named = |k: usize, cause: &'static Extension| {
-        let has_effect = counts(k, cause, &[OF_A_NAME]) && entered[k].excludes_neutral(cause, OF_A_NAME);
-        has_effect && families.contains(&cause.family())
-    };
+    let is_named =
+        |k: usize, cause: &'static Extension| counts(k, cause, &[OF_A_NAME]) && families.contains(&cause.family());
     let causes_of =
         |k: usize| entered[k].causes.iter().copied().filter(|cause| is_named(k, cause)).collect::<Vec<&Extension>>();
     let count = |k: usize| causes_of(k).iter().map(|cause| cause.family()).collect::<BTreeSet<&str>>().len();
@@ -97,13 +104,14 @@ pub fn named(
     let best = (0..entered.len()).filter(|&k| count(k) > 0 && gains(k)).min_by(|&a, &b| order(a, b))?;
     let row = &table.rows[best];
     let causes = causes_of(best);
-    let mut rivals = Vec::new();
-    for cause in &causes {
-        let others =
-            members.iter().flat_map(|&k| entered[k].causes.iter().filter(move |other| counts(k, other, &[OF_A_NAME])));
-        for other in others.filter(|other| other.family() == cause.family() && *other != cause) {
-            if !rivals.contains(&(*cause, *other)) {
-                rivals.push((*cause, *other));
+    let mut rivals: Vec<Rival> = Vec::new();
+    for &of in &causes {
+        let all = members.iter().flat_map(|&k| entered[k].causes.iter().map(move |cause| (k, *cause)));
+        for (k, cause) in
+            all.filter(|(k, cause)| cause.family() == of.family() && *cause != of && counts(*k, cause, &[OF_A_NAME]))
+        {
+            if !rivals.iter().any(|rival| (rival.of, rival.cause) == (of, cause)) {
+                rivals.push(Rival { of, cause, entry: first + k });
             }
         }
     }

@@ -107,6 +107,10 @@ impl descent::Surface for Surface<'_> {
         self.model.axes.len()
     }
 
+    fn is_logarithm(&self) -> bool {
+        !self.horizon.is_whole()
+    }
+
     fn costs(&self, places: &[Vec<f64>], _: Pull) -> Result<Vec<f64>, DiagnoseError> {
         let values: Vec<Vec<f64>> = places.iter().map(|place| self.values(place)).collect();
         let losses = self.losses(&values)?;

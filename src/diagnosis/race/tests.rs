@@ -76,9 +76,13 @@ fn judged_models() -> (Field, Entry, Vec<Entry>) {
     let field = Field::new(Parts::of(&drives, Unit::Recording), &Overrides::new(), 1);
     let mut silent = |_: Progress| ControlFlow::Continue(());
     let watching = Watching::new(&mut silent);
-    let mut base = field.law("l-cth".parse().expect("a law"), &watching).expect("fits");
-    let member =
-        |name| field.with_causes(&base, &[cause(name)], &[], &watching).expect("fits").expect("has all it needs");
+    let mut base = field.law("l-cth".parse().expect("a law"), &Horizon::ALL, &watching).expect("fits");
+    let member = |name| {
+        field
+            .with_causes(&base, &[cause(name)], &[], &Horizon::ALL, &watching)
+            .expect("fits")
+            .expect("has all it needs")
+    };
     let mut models: Vec<Entry> = ["sensor_lowpass", "actuation_lag"].map(member).into();
     field.judge(&mut base, None, &watching).expect("can be judged");
     models.iter_mut().for_each(|entry| field.judge(entry, Some(&base), &watching).expect("can be judged"));
@@ -86,7 +90,7 @@ fn judged_models() -> (Field, Entry, Vec<Entry>) {
 }
 
 #[test]
-fn a_cause_counts_if_it_has_a_size_at_one_of_the_horizons_compared() {
+fn a_cause_counts_where_its_interval_excludes_no_effect() {
     let (_, _, mut models) = judged_models();
     let gain = Gain { share: 0.2, interval: [0.1, 0.3], t: 5.0 };
     let rows = vec![Evidence { gains: [gain; HORIZONS], t: 5.0, p: 0.001, in_set: true }; 2];
@@ -102,7 +106,7 @@ fn a_cause_counts_if_it_has_a_size_at_one_of_the_horizons_compared() {
         }
     }
     assert_eq!(named_at(&models, &[0, 1]), Some(vec!["actuation_lag".to_owned()]));
-    assert_eq!(named_at(&models, &[1]), None, "the filter has no size at 15 s");
+    assert_eq!(named_at(&models, &[1]), None, "the interval of the filter at 15 s contains 0");
     let lag = models[1].model.positions(models[1].causes[0])[0];
     let judged = models[1].fits[1].as_mut().and_then(|fit| fit.judged.as_mut()).expect("judged");
     judged.folds.iter_mut().step_by(2).for_each(|fold| fold[lag] += 2.0);
@@ -171,7 +175,8 @@ fn a_named_model_has_a_gain() {
     let mut answer = unjudged(&request, &Policy::DEFAULT, field, Vec::new(), 0);
     answer.entries.push(base);
     answer.entries.append(&mut models);
-    answer.named = Some(Named { causes: vec![lag], rivals: vec![(lag, filter)], evidence: [5.0, 0.0], entry: 2 });
+    let rivals = vec![Rival { of: lag, cause: filter, entry: 1 }];
+    answer.named = Some(Named { causes: vec![lag], rivals, evidence: [5.0, 0.0], entry: 2 });
     let mut outcome = Outcome::new(Effort::Quick, 1);
     combine(&mut outcome, &answer);
     let gain = outcome.gain.take().expect("it is judged");
@@ -202,7 +207,7 @@ fn drivers_who_differ_have_a_middle_that_no_common_law_has() {
     let field = Field::new(Parts::of(&drives, Unit::Driver), &Overrides::new(), 1);
     let mut silent = |_: Progress| ControlFlow::Continue(());
     let watching = Watching::new(&mut silent);
-    let base = field.law("l-cth".parse().expect("a law"), &watching).expect("fits");
+    let base = field.law("l-cth".parse().expect("a law"), &Horizon::ALL, &watching).expect("fits");
     let model = field.model(base.model.variant).expect("a model");
     let surface = field.surface(&model, field.all(), Horizon::Window);
     let common = &base.fits[OF_A_NAME].as_ref().expect("fitted").whole;

@@ -64,11 +64,18 @@ pub struct Walker {
     damping: f64,
     idle: usize,
     stands: bool,
+    is_logarithm: bool,
 }
 
 impl Walker {
-    fn new(place: Vec<f64>) -> Walker {
-        Walker { place, cost: f64::INFINITY, promise: f64::INFINITY, damping: 1.0, idle: 0, stands: false }
+    fn new(place: Vec<f64>, is_logarithm: bool) -> Walker {
+        let infinite = f64::INFINITY;
+        Walker { place, cost: infinite, promise: infinite, damping: 1.0, idle: 0, stands: false, is_logarithm }
+    }
+
+    /// What a gain is compared with.
+    fn unit(&self) -> f64 {
+        if self.is_logarithm { 1.0 } else { self.cost }
     }
 
     /// Ends its descent.
@@ -80,7 +87,7 @@ impl Walker {
     pub fn has_met(&self, other: &Walker) -> bool {
         let behind = self.cost - other.cost;
         let farthest = self.place.iter().zip(&other.place).map(|(a, b)| (a - b).abs()).fold(0.0, f64::max);
-        behind <= MET[0] * other.cost && farthest < APART || behind <= MET[1] * other.cost
+        behind <= MET[0] * other.unit() && farthest < APART || behind <= MET[1] * other.unit()
     }
 
     /// The points to try, and the gain that the first of them promises.
@@ -127,9 +134,23 @@ impl Walker {
         } else {
             self.damping *= HARDER;
         }
-        self.idle = if gain > tolerance * self.cost { 0 } else { self.idle + 1 };
+        self.idle = if gain > tolerance * self.unit() { 0 } else { self.idle + 1 };
         self.stands = self.idle >= IDLE || self.damping > STUCK;
     }
+}
+
+/// Those with a finite cost, the best first, without those that have met a better one.
+#[must_use]
+pub fn merged(mut walkers: Vec<Walker>) -> Vec<Walker> {
+    walkers.retain(|walker| walker.cost.is_finite());
+    walkers.sort_by(|a, b| a.cost.total_cmp(&b.cost));
+    let mut kept: Vec<Walker> = Vec::new();
+    for walker in walkers {
+        if !kept.iter().any(|other| walker.has_met(other)) {
+            kept.push(walker);
+        }
+    }
+    kept
 }
 
 /// A point in an iteration: the points to try, and their costs, infinite until they are known.
@@ -161,6 +182,11 @@ pub trait Surface {
     /// Number of coordinates.
     fn dimensions(&self) -> usize;
 
+    /// True if costs are logarithms: a tolerance is then a difference and not a share.
+    fn is_logarithm(&self) -> bool {
+        false
+    }
+
     /// Costs of points; infinite if a run fails.
     ///
     /// # Errors
@@ -183,6 +209,10 @@ pub(super) trait Shared {
 
     fn dimensions(&self) -> usize;
 
+    fn is_logarithm(&self) -> bool {
+        false
+    }
+
     async fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, Self::Error>;
 
     async fn slopes(&self, places: &[&Vec<f64>], held: &[usize], pull: Pull) -> Result<Vec<Slopes>, Self::Error>;
@@ -195,6 +225,10 @@ impl<S: Surface> Shared for S {
 
     fn dimensions(&self) -> usize {
         self.dimensions()
+    }
+
+    fn is_logarithm(&self) -> bool {
+        self.is_logarithm()
     }
 
     async fn costs(&self, places: &[Vec<f64>], pull: Pull) -> Result<Vec<f64>, S::Error> {
@@ -231,7 +265,8 @@ pub(super) async fn descend_on<S: Shared>(
     course: Course,
     watch: &mut dyn Watch,
 ) -> Result<Vec<Walker>, S::Error> {
-    let mut walkers: Vec<Walker> = starts.into_iter().map(Walker::new).collect();
+    let new = |place| Walker::new(place, objective.is_logarithm());
+    let mut walkers: Vec<Walker> = starts.into_iter().map(new).collect();
     let moved = objective.dimensions() - held.len();
     for _ in 0..course.turns {
         let going: Vec<&mut Walker> = walkers.iter_mut().filter(|walker| !walker.stands).collect();
@@ -248,7 +283,7 @@ pub(super) async fn descend_on<S: Shared>(
             }
             let (tried, promise) = walker.tries(slopes, held);
             (walker.cost, walker.promise) = (slopes.cost, promise);
-            walker.stands = promise <= PROMISED * course.tolerance * slopes.cost;
+            walker.stands = promise <= PROMISED * course.tolerance * walker.unit();
             if !walker.stands {
                 trying.push(Trying { walker, costs: vec![f64::INFINITY; tried.len()], tried });
             }
@@ -281,4 +316,62 @@ pub(super) async fn descend_on<S: Shared>(
         watch.turned(&mut walkers);
     }
     Ok(walkers)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use std::convert::Infallible;
+
+    /// ln(x² + floor²): the logarithm of a squared error.
+    struct Logarithm;
+
+    const FLOOR: f64 = 0.01;
+
+    impl Surface for Logarithm {
+        type Error = Infallible;
+
+        fn dimensions(&self) -> usize {
+            1
+        }
+
+        fn is_logarithm(&self) -> bool {
+            true
+        }
+
+        fn costs(&self, places: &[Vec<f64>], _: Pull) -> Result<Vec<f64>, Infallible> {
+            Ok(places.iter().map(|place| ((place[0] - 0.3).powi(2) + FLOOR * FLOOR).ln()).collect())
+        }
+
+        fn slopes(&self, places: &[&Vec<f64>], _: &[usize], pull: Pull) -> Result<Vec<Slopes>, Infallible> {
+            let of = |place: &&Vec<f64>| {
+                let (cost, x) = (Surface::costs(self, &[(*place).clone()], pull)?[0], place[0] - 0.3);
+                let square = x * x + FLOOR * FLOOR;
+                let curvature = DMatrix::from_element(1, 1, 2.0 / square);
+                let gradient = DVector::from_element(1, 2.0 * x / square);
+                Ok(Slopes { cost, gradient, majorant: curvature.clone(), curvature })
+            };
+            places.iter().map(of).collect()
+        }
+    }
+
+    struct Count(usize);
+
+    impl Watch for Count {
+        fn spend(&mut self, simulations: usize) -> bool {
+            self.0 += simulations;
+            true
+        }
+    }
+
+    /// Its cost is negative, of which no gain is a share.
+    #[test]
+    fn a_descent_of_a_logarithm_ends() {
+        let course = Course { pull: Pull { share: 0.0, soft: None }, turns: 50, tolerance: 1e-3 };
+        let mut count = Count(0);
+        let Ok(found) = descend(&Logarithm, vec![vec![0.9], vec![0.1]], &[], course, &mut count);
+        let ended = merged(found);
+        assert!(ended.len() == 1 && (ended[0].place[0] - 0.3).abs() < 1e-4, "{ended:?}");
+        assert!(count.0 < 2 * 5 * turn(1), "{}", count.0);
+    }
 }

@@ -1,7 +1,7 @@
 //! One search: from its starts down into the basins that it finds.
 
 use super::Search;
-use super::descent::{APART, Course, Shared, Walker, Watch, descend_on, turn};
+use super::descent::{APART, Course, Shared, Walker, Watch, descend_on, merged, turn};
 use super::ending::{Basin, met, pulled};
 use super::record::Record;
 use crate::calibrate::CalibrateError;
@@ -155,19 +155,6 @@ fn best_apart(places: &[Vec<f64>], costs: &[f64], most: usize) -> Vec<Vec<f64>> 
         }
     }
     picked
-}
-
-/// The best first; of points that have met, the best.
-fn merged(mut walkers: Vec<Walker>) -> Vec<Walker> {
-    walkers.retain(|walker| walker.cost.is_finite());
-    walkers.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    let mut kept: Vec<Walker> = Vec::new();
-    for walker in walkers {
-        if !kept.iter().any(|other| walker.has_met(other)) {
-            kept.push(walker);
-        }
-    }
-    kept
 }
 
 #[cfg(test)]
