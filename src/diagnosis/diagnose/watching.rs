@@ -1,6 +1,6 @@
 //! Progress of a diagnosis, and its end on request.
 
-use crate::calibrate::descent::{Walker, Watch, merged};
+use crate::calibrate::descent::Watch;
 use crate::diagnose::question::{DiagnoseError, Progress};
 use std::ops::ControlFlow;
 use std::sync::{Mutex, PoisonError};
@@ -60,9 +60,5 @@ impl<'a> Watching<'a> {
 impl Watch for &Watching<'_> {
     fn spend(&mut self, _: usize) -> bool {
         self.go_on().is_ok()
-    }
-
-    fn turned(&self, walkers: &mut Vec<Walker>) {
-        *walkers = merged(std::mem::take(walkers));
     }
 }

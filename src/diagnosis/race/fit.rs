@@ -7,7 +7,7 @@ use super::policy::Policy;
 use super::surface::Surface;
 use super::{HORIZONS, Horizon, OF_A_NAME};
 use crate::calibrate::Overrides;
-use crate::calibrate::descent::{self, Course, Surface as _, Walker};
+use crate::calibrate::descent::{self, Course, Surface as _, Walker, merged};
 use crate::catalog::Variant;
 use crate::diagnose::drive::ahead::{BRAKING, GENTLE_BRAKING};
 use crate::diagnose::likelihood::model::{LEAD, Model, Space};
@@ -31,12 +31,12 @@ struct Plan {
     fine: usize,
 }
 
-/// Search of a law; of a law with causes; and of a fold, which starts at the fit to all parts.
+/// Search of a law; of a law with causes; and from a fit to other parts.
 const OF_LAW: Plan = Plan { rough: 4, keep: 4, fine: 16 };
 /// See [`OF_LAW`].
 const OF_CAUSE: Plan = Plan { rough: 2, keep: 1, fine: 8 };
 /// See [`OF_LAW`].
-const OF_FOLD: Plan = Plan { rough: 0, keep: 1, fine: 4 };
+const FROM_A_FIT: Plan = Plan { rough: 0, keep: 1, fine: 4 };
 /// Half width of a 95 % interval in standard errors.
 const TWO_SIDED: f64 = 1.96;
 /// Random candidates of a law, half of them again with textbook values; and the number of candidates that are searched from.
@@ -49,13 +49,18 @@ const LEADING: usize = 2;
 const SIZED: usize = 2;
 /// Time constant of the correction in the first iterations over whole drives \[s\]: some times that of the horizon before.
 const ROUGH_S: f64 = 60.0;
-/// Gain of an iteration below which a descent has converged: a share of NRMSE(s,v,a), or of the squared errors of bins; the least gain of a
-/// name is twenty times as much.
-pub(super) const TOLERANCE: f64 = 1e-3;
+/// Gain of an iteration below which a descent has converged, as a share of NRMSE(s,v,a) or of the squared errors: a fifth of the least gain
+/// that is worth a test, and with many bins, which determine a fit better, this number over theirs.
+const TOLERANCE: [f64; 2] = [1e-3, 0.25];
 /// Smallest desired speed of a law \[m/s\]; some laws divide by it.
 const LEAST_V_0: f64 = 5.0;
 /// The surface sets the correction from its horizon.
 pub(super) const FREE: Pull = Pull { share: 0.0, soft: None };
+
+/// See [`TOLERANCE`].
+pub(super) fn tolerance(bins: usize) -> f64 {
+    TOLERANCE[0].min(TOLERANCE[1] / bins.max(1) as f64)
+}
 
 /// A model fitted at one horizon.
 #[derive(Debug, Clone)]
@@ -249,9 +254,9 @@ impl Field {
     ) -> Result<Vec<Walker>, DiagnoseError> {
         let fixed = surface.fixed();
         let descend = |surface: &Surface<'_>, places, turns| {
-            let course = Course { pull: FREE, turns, tolerance: TOLERANCE };
+            let course = Course { pull: FREE, turns, tolerance: tolerance(surface.bins()) };
             let walkers = descent::descend(surface, places, &fixed, course, &mut &*watching)?;
-            watching.go_on().map(|()| best(walkers))
+            watching.go_on().map(|()| merged(walkers))
         };
         let mut places = starts;
         if plan.rough > 0 {
@@ -269,17 +274,17 @@ impl Field {
         Ok(Fit { whole, trained, cost: walker.cost, place: walker.place.clone(), judged: None })
     }
 
-    /// Fits a law at these first horizons, from random candidates and textbook values. It begins under the strongest correction, where most
-    /// starts lead to the same minimum. Every model has the nuisance lead: a car reacts in finer steps than a model, and a cause must not get the
-    /// credit for that.
+    /// Fits a law at the horizons with a correction, from random candidates and textbook values. It begins under the strongest one, where
+    /// most starts lead to the same minimum. Every model has the nuisance lead: a car reacts in finer steps than a model, and a cause must
+    /// not get the credit for that.
     ///
     /// # Errors
     /// As [`Model::new`]; [`DiagnoseError::Stopped`].
-    pub fn law(&self, variant: Variant, horizons: &[Horizon], watching: &Watching<'_>) -> Result<Entry, DiagnoseError> {
+    pub fn law(&self, variant: Variant, watching: &Watching<'_>) -> Result<Entry, DiagnoseError> {
         let led = extension_named(LEAD).and_then(|lead| variant.with(lead).ok());
         let model = self.model(led.unwrap_or(variant))?;
         let (mut fits, mut leading): (Vec<Option<Fit>>, Vec<Vec<f64>>) = (Vec::new(), Vec::new());
-        for &horizon in horizons {
+        for &horizon in Horizon::CORRECTED {
             let surface = self.surface(&model, &self.all, horizon);
             let starts = if leading.is_empty() { self.starts(&surface)? } else { leading.clone() };
             let walkers = Self::search(&surface, starts, OF_LAW, watching)?;
@@ -363,19 +368,21 @@ impl Field {
         Ok(Some(self.entry(causes, model, fits)))
     }
 
-    /// Fits a model at every horizon, each from its fit to other drives; a horizon without one from those of the others.
+    /// Fits a model at every horizon, from its fits so far; at a horizon without one, from the others and from the fit of its base there.
     ///
     /// # Errors
     /// As [`Model::new`]; [`DiagnoseError::Stopped`].
-    pub fn again(&self, entry: &Entry, watching: &Watching<'_>) -> Result<Entry, DiagnoseError> {
+    pub fn again(&self, entry: &Entry, base: Option<&Entry>, watching: &Watching<'_>) -> Result<Entry, DiagnoseError> {
         let model = self.model(entry.model.variant)?;
-        let fits: Vec<Option<Vec<f64>>> =
-            entry.fits.iter().map(|fit| Some(model.adopt(&entry.model, &fit.as_ref()?.whole))).collect();
+        let adopted = |entry: &Entry, fit: &Fit| model.adopt(&entry.model, &fit.whole);
         let fit = |(k, horizon): (usize, Horizon)| {
             let surface = self.surface(&model, &self.all, horizon);
-            let (starts, plan) = match fits.get(k) {
-                Some(Some(own)) => (vec![own.clone()], OF_FOLD),
-                _ => (fits.iter().flatten().cloned().collect(), OF_LAW),
+            let (starts, plan) = match entry.fits.get(k) {
+                Some(Some(own)) => (vec![adopted(entry, own)], FROM_A_FIT),
+                _ => {
+                    let of_base = base.and_then(|base| Some(adopted(base, base.fits[k].as_ref()?)));
+                    (entry.fits.iter().flatten().map(|own| adopted(entry, own)).chain(of_base).collect(), OF_LAW)
+                }
             };
             let places = starts.iter().map(|values: &Vec<f64>| surface.place(values)).collect();
             let walkers = Self::search(&surface, places, plan, watching)?;
@@ -481,7 +488,7 @@ impl Field {
     ) -> Result<Option<Vec<Vec<f64>>>, DiagnoseError> {
         let fold = |counts: &Vec<bool>| {
             let surface = self.surface(model, counts, horizon);
-            let walkers = Self::search(&surface, vec![from.to_vec()], OF_FOLD, watching)?;
+            let walkers = Self::search(&surface, vec![from.to_vec()], FROM_A_FIT, watching)?;
             Ok(walkers.first().map(|walker| surface.values(&walker.place)))
         };
         let folds: Vec<Option<Vec<f64>>> = self.trained.par_iter().map(fold).collect::<Result<_, DiagnoseError>>()?;
@@ -517,11 +524,4 @@ fn lowest(surface: &Surface<'_>, places: Vec<Vec<f64>>, most: usize) -> Result<V
     let mut all: Vec<(f64, Vec<f64>)> = costs.into_iter().zip(places).filter(|(cost, _)| cost.is_finite()).collect();
     all.sort_by(|a, b| a.0.total_cmp(&b.0));
     Ok(all.into_iter().take(most).map(|(_, place)| place).collect())
-}
-
-/// Those with a finite cost, the best first.
-pub(super) fn best(mut walkers: Vec<Walker>) -> Vec<Walker> {
-    walkers.retain(|walker| walker.cost.is_finite());
-    walkers.sort_by(|a, b| a.cost.total_cmp(&b.cost));
-    walkers
 }

@@ -21,7 +21,7 @@ pub mod surface;
 pub use answer::{Delivered, combine};
 pub use evidence::{Evidence, Gain};
 pub use fit::{Entry, Field, Fit, Judged};
-pub use naming::{Named, Rival};
+pub use naming::{Alternative, Named};
 pub use not_followed::{NotFollowed, without};
 pub use parts::{Parts, Unit};
 pub use policy::{Policy, rounds};
@@ -60,8 +60,8 @@ pub enum Horizon {
 impl Horizon {
     /// All horizons, the shortest first: the fits at one give the starts of the next.
     pub const ALL: [Horizon; HORIZONS] = [Horizon::Step, Horizon::Window, Horizon::Drive];
-    /// Those with a correction.
-    pub const CORRECTED: &'static [Horizon] = &[Horizon::Step, Horizon::Window];
+    /// The first of them: those with a correction.
+    pub const CORRECTED: &'static [Horizon] = Horizon::ALL.split_at(HORIZONS - 1).0;
 
     /// Time constant of the correction \[s\]: about one reaction time, and several; `None` for whole drives.
     #[must_use]
@@ -202,12 +202,12 @@ impl First {
     /// As [`Field::model`].
     fn fit(request: &Request<'_>, drives: &[Drive], watching: &Watching<'_>) -> Result<First, DiagnoseError> {
         let field = Field::new(Parts::of(drives, request.unit), request.bounds, request.seed);
-        let base = field.law(request.base, Horizon::CORRECTED, watching)?;
+        let base = field.law(request.base, watching)?;
         let others: Vec<&Base> = BASES.iter().filter(|law| **law != request.base.base).collect();
         let law = |law: &&Base| {
             let variant = Variant { base: **law, extensions: Extensions::NONE, ..request.base };
             // Leave out a law that cannot be fitted.
-            Some((variant.name(), field.law(variant, Horizon::CORRECTED, watching).ok()?))
+            Some((variant.name(), field.law(variant, watching).ok()?))
         };
         let laws = others.par_iter().filter_map(law).collect();
         watching.go_on()?;
@@ -227,12 +227,15 @@ impl First {
     /// # Errors
     /// As [`Field::model`].
     fn again(self, request: &Request<'_>, drives: &[Drive], watching: &Watching<'_>) -> Result<First, DiagnoseError> {
+        let First { field, base, laws, late } = self;
+        // A field holds all drives.
+        drop(field);
         let field = Field::new(Parts::of(drives, request.unit), request.bounds, request.seed);
-        let fit = |entry: &Entry| field.again(entry, watching);
-        let law = |(name, entry): (String, Entry)| Some((name, fit(&entry).ok()?));
-        let laws = self.laws.into_par_iter().filter_map(law).collect();
-        let late = self.late.par_iter().map(fit).collect::<Result<_, _>>()?;
-        Ok(First { base: fit(&self.base)?, laws, late, field })
+        let base = field.again(&base, None, watching)?;
+        let law = |(name, entry): (String, Entry)| Some((name, field.again(&entry, None, watching).ok()?));
+        let laws = laws.into_par_iter().filter_map(law).collect();
+        let late = late.par_iter().map(|entry| field.again(entry, Some(&base), watching)).collect::<Result<_, _>>()?;
+        Ok(First { base, laws, late, field })
     }
 
     /// Stretches of the drives that none of these models follows.
@@ -453,8 +456,8 @@ fn round(
         .collect();
     entered.retain(|entry| held(entry).is_some());
     let models: Vec<Rows> = entered.iter().filter_map(held).collect();
-    let rivals: Vec<Rows> = laws.iter().map(|(_, rows)| rows.clone()).collect();
-    let found = table(&reference, &models, &left, &rivals, &answer.resamples, policy);
+    let others: Vec<Rows> = laws.iter().map(|(_, rows)| rows.clone()).collect();
+    let found = table(&reference, &models, &left, &others, &answer.resamples, policy);
     let first = answer.entries.len();
     let called = |recommended: &[&'static Extension]| match request.sensor_noise {
         None => named(&entered, &found, policy, recommended, (first, request.seed)),
@@ -489,7 +492,7 @@ fn round(
         (Some(so_far), Some(more)) => {
             let keeps_all = so_far.causes.iter().all(|cause| more.causes.contains(cause));
             if keeps_all && more.causes.len() > so_far.causes.len() {
-                let is_new = |rival: &Rival| !so_far.causes.contains(&rival.of);
+                let is_new = |rival: &Alternative| !so_far.causes.contains(&rival.of);
                 so_far.rivals.extend(more.rivals.into_iter().filter(is_new));
                 (so_far.causes, so_far.entry) = (more.causes, more.entry);
             }

@@ -11,10 +11,10 @@ use std::collections::BTreeSet;
 
 /// A cause that explains the drives as well as a named one.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Rival {
+pub struct Alternative {
     /// The named cause.
     pub of: &'static Extension,
-    /// The alternative.
+    /// The cause in its place.
     pub cause: &'static Extension,
     /// Position of a model with it among the entries.
     pub(crate) entry: usize,
@@ -26,10 +26,10 @@ pub struct Named {
     /// Causes of the best model, of these families, whose intervals exclude no effect.
     pub causes: Vec<&'static Extension>,
     /// Alternatives in other models.
-    pub rivals: Vec<Rival>,
-    /// Its gain in standard errors, and the probability of at least this gain by chance.
+    pub rivals: Vec<Alternative>,
+    /// The gain of the best model in standard errors, and the probability of at least this gain by chance.
     pub evidence: [f64; 2],
-    /// Its position among the entries.
+    /// The position of the best model among the entries.
     pub(crate) entry: usize,
 }
 
@@ -66,6 +66,7 @@ pub fn named(
     recommended: &[&'static Extension],
     (first, seed): (usize, u64),
 ) -> Option<Named> {
+    // A cause counts where its interval excludes no effect.
     let counts = |k: usize, cause: &'static Extension, horizons: &[usize]| {
         horizons.iter().any(|&horizon| entered[k].excludes_neutral(cause, horizon))
     };
@@ -104,14 +105,14 @@ pub fn named(
     let best = (0..entered.len()).filter(|&k| count(k) > 0 && gains(k)).min_by(|&a, &b| order(a, b))?;
     let row = &table.rows[best];
     let causes = causes_of(best);
-    let mut rivals: Vec<Rival> = Vec::new();
+    let mut rivals: Vec<Alternative> = Vec::new();
     for &of in &causes {
         let all = members.iter().flat_map(|&k| entered[k].causes.iter().map(move |cause| (k, *cause)));
         for (k, cause) in
             all.filter(|(k, cause)| cause.family() == of.family() && *cause != of && counts(*k, cause, &[OF_A_NAME]))
         {
             if !rivals.iter().any(|rival| (rival.of, rival.cause) == (of, cause)) {
-                rivals.push(Rival { of, cause, entry: first + k });
+                rivals.push(Alternative { of, cause, entry: first + k });
             }
         }
     }

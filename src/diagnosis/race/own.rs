@@ -1,9 +1,9 @@
 //! A driver's own base law: near the middle of all drivers, by a penalty for the distance.
 
-use super::fit::{FREE, TOLERANCE, best};
+use super::fit::{FREE, tolerance};
 use super::loss::{Losses, SIGNALS};
 use super::surface::Surface;
-use crate::calibrate::descent::{Course, Surface as _, Walker, descend};
+use crate::calibrate::descent::{Course, Surface as _, Walker, descend, merged};
 use crate::diagnose::likelihood::space::Axis;
 use crate::diagnose::{DiagnoseError, Watching};
 use crate::pooling::Near;
@@ -35,9 +35,7 @@ impl<'a> OwnLaw<'a> {
     /// Those of the driver whose parts count, except `held`, near a middle with this standard deviation (a share of the value).
     #[must_use]
     pub fn new(surface: Surface<'a>, (middle, spread): (&'a [f64], f64), held: &'a [usize]) -> OwnLaw<'a> {
-        let counts = surface.sizes.iter().zip(surface.counts);
-        let bins: usize = counts.filter(|(_, counts)| **counts).map(|(sizes, _)| sizes.count()).sum();
-        let weight = weight(bins);
+        let weight = weight(surface.bins());
         let of = |(axis, middle): (&Axis, &f64)| {
             let spread = axis.distance(*middle, spread).max(LEAST);
             0.5 / (spread * spread * weight)
@@ -51,10 +49,10 @@ impl<'a> OwnLaw<'a> {
     /// # Errors
     /// [`DiagnoseError::Evaluate`], [`DiagnoseError::Stopped`].
     pub fn found(&self, watching: &Watching<'_>) -> Result<Option<Walker>, DiagnoseError> {
-        let course = Course { pull: FREE, turns: TURNS, tolerance: TOLERANCE };
+        let course = Course { pull: FREE, turns: TURNS, tolerance: tolerance(self.near.surface.bins()) };
         let walkers = descend(&self.near, vec![self.near.centre.to_vec()], self.held, course, &mut &*watching)?;
         watching.go_on()?;
-        Ok(best(walkers).into_iter().next())
+        Ok(merged(walkers).into_iter().next())
     }
 
     /// The best parameters with their losses; `None` if the drives cannot be simulated.

@@ -51,6 +51,12 @@ impl Surface<'_> {
         (0..self.model.axes.len()).filter(|&k| self.model.axes[k].is_fixed()).collect()
     }
 
+    /// Number of bins of the parts that count.
+    #[must_use]
+    pub fn bins(&self) -> usize {
+        self.parts().into_iter().map(|part| self.sizes[part].count()).sum()
+    }
+
     fn parts(&self) -> Vec<usize> {
         (0..self.counts.len()).filter(|&part| self.counts[part]).collect()
     }
@@ -137,7 +143,7 @@ impl descent::Surface for Surface<'_> {
             differences.push(Differences { first, steps });
         }
         let parts = self.parts();
-        let bins: f64 = parts.iter().map(|part| self.sizes[*part].count() as f64).sum();
+        let bins = self.bins() as f64;
         let on = |&part: &usize| {
             let sizes = &self.sizes[part];
             let products =

@@ -76,7 +76,8 @@ fn judged_models() -> (Field, Entry, Vec<Entry>) {
     let field = Field::new(Parts::of(&drives, Unit::Recording), &Overrides::new(), 1);
     let mut silent = |_: Progress| ControlFlow::Continue(());
     let watching = Watching::new(&mut silent);
-    let mut base = field.law("l-cth".parse().expect("a law"), &Horizon::ALL, &watching).expect("fits");
+    let law = field.law("l-cth".parse().expect("a law"), &watching).expect("fits");
+    let mut base = field.again(&law, None, &watching).expect("fits");
     let member = |name| {
         field
             .with_causes(&base, &[cause(name)], &[], &Horizon::ALL, &watching)
@@ -175,7 +176,7 @@ fn a_named_model_has_a_gain() {
     let mut answer = unjudged(&request, &Policy::DEFAULT, field, Vec::new(), 0);
     answer.entries.push(base);
     answer.entries.append(&mut models);
-    let rivals = vec![Rival { of: lag, cause: filter, entry: 1 }];
+    let rivals = vec![Alternative { of: lag, cause: filter, entry: 1 }];
     answer.named = Some(Named { causes: vec![lag], rivals, evidence: [5.0, 0.0], entry: 2 });
     let mut outcome = Outcome::new(Effort::Quick, 1);
     combine(&mut outcome, &answer);
@@ -207,7 +208,7 @@ fn drivers_who_differ_have_a_middle_that_no_common_law_has() {
     let field = Field::new(Parts::of(&drives, Unit::Driver), &Overrides::new(), 1);
     let mut silent = |_: Progress| ControlFlow::Continue(());
     let watching = Watching::new(&mut silent);
-    let base = field.law("l-cth".parse().expect("a law"), &Horizon::ALL, &watching).expect("fits");
+    let base = field.law("l-cth".parse().expect("a law"), &watching).expect("fits");
     let model = field.model(base.model.variant).expect("a model");
     let surface = field.surface(&model, field.all(), Horizon::Window);
     let common = &base.fits[OF_A_NAME].as_ref().expect("fitted").whole;

@@ -19,7 +19,7 @@ use std::time::Instant;
 /// results of two states never mix. Versions before 2 did not record it.
 pub const SEARCH_REVISION: u32 = 16;
 
-/// Program, version and state of its search, `leadlag 0.1.0+search15`: with the same one a seed gives the same result.
+/// Program, version and state of its search, `leadlag 0.1.0+search16`: with the same one a seed gives the same result.
 pub static PROGRAM: LazyLock<String> =
     LazyLock::new(|| format!("leadlag {}+search{SEARCH_REVISION}", env!("CARGO_PKG_VERSION")));
 

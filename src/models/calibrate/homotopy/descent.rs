@@ -36,18 +36,18 @@ const LEAST: f64 = 1e-6;
 
 /// Distance beyond which points are apart.
 pub const APART: f64 = 0.15;
-/// Two points have met if their costs differ by less than the first share and their coordinates by less than [`APART`], or their costs by
-/// less than the second share.
+/// Two points have met if their costs differ by less than the first share (of a logarithm: by less than that) and their coordinates by less
+/// than [`APART`], or their costs by less than the second.
 const MET: [f64; 2] = [3e-3, 1e-6];
 
-/// Lowest cost of interest.
+/// How a descent runs.
 #[derive(Debug, Clone, Copy)]
 pub struct Course {
     /// The minimised objective.
     pub pull: Pull,
     /// Turns at most.
     pub turns: usize,
-    /// Gain of an iteration, as a share of the cost, below which a descent has converged.
+    /// Gain of an iteration below which a descent has converged: a share of the cost, or the difference of a logarithm.
     pub tolerance: f64,
 }
 
@@ -73,7 +73,7 @@ impl Walker {
         Walker { place, cost: infinite, promise: infinite, damping: 1.0, idle: 0, stands: false, is_logarithm }
     }
 
-    /// What a gain is compared with.
+    /// The unit of a gain and of a tolerance.
     fn unit(&self) -> f64 {
         if self.is_logarithm { 1.0 } else { self.cost }
     }
@@ -364,7 +364,7 @@ mod tests {
         }
     }
 
-    /// Its cost is negative, of which no gain is a share.
+    /// A logarithm may be negative, so a tolerance cannot be a share of it.
     #[test]
     fn a_descent_of_a_logarithm_ends() {
         let course = Course { pull: Pull { share: 0.0, soft: None }, turns: 50, tolerance: 1e-3 };

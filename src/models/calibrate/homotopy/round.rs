@@ -16,8 +16,8 @@ const SCREENING: f64 = 0.25;
 /// coordinates is at least [`APART`].
 const STARTS: usize = 10;
 const PULLED: usize = 6;
-/// Number of iterations for which there should be evaluations; otherwise fewer starts descend.
-const SOME_TURNS: usize = DIRECT[0].0 + DIRECT[1].0 + DIRECT[2].0;
+/// Iterations of a search without a pull: with evaluations for fewer, fewer starts descend.
+const AFFORDED: usize = DIRECT[0].0 + DIRECT[1].0 + DIRECT[2].0;
 /// Number of points that continue to the end.
 const FINAL: usize = 3;
 /// Gain of an iteration, as a share of the cost, below which a descent has converged.
@@ -104,8 +104,7 @@ impl Search<'_> {
         Ok(descend_on(&self.coarse, starts, &[], course, &mut watch).await?)
     }
 
-    /// The best distinct points, at most this many and as many as there are evaluations to improve them for some iterations; none if there are
-    /// too few.
+    /// The best distinct points, at most this many and as many as there are evaluations for ([`AFFORDED`]); none if there are too few to screen.
     async fn best_starts(
         &mut self,
         places: &[Vec<f64>],
@@ -117,7 +116,7 @@ impl Search<'_> {
         }
         let costs = self.coarse.costs(places, pull).await?;
         let left = self.record.settings.stop.max_evaluations.saturating_sub(self.record.evaluations) as usize;
-        let affordable = (left / (SOME_TURNS * turn(self.smooth.dimensions()))).clamp(1, most);
+        let affordable = (left / (AFFORDED * turn(self.smooth.dimensions()))).clamp(1, most);
         let starts = best_apart(places, &costs, affordable);
         if self.record.best.is_none() && self.record.stopped.is_none() {
             self.score_exactly(&starts).await?;
