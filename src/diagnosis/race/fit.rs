@@ -116,6 +116,8 @@ pub struct Entry {
     pub simulations: u64,
     /// Its fit at each horizon; `None` if no parameters complete the drives.
     pub fits: Vec<Option<Fit>>,
+    /// The best parameters found at each horizon so far, for the start of the next one.
+    leading: Vec<Vec<f64>>,
     /// Scales of the parts.
     pub scales: Vec<Scale>,
 }
@@ -291,7 +293,7 @@ impl Field {
             leading.extend(walkers.iter().take(LEADING).map(|walker| walker.place.clone()));
             fits.push(walkers.first().map(|walker| self.fit(&surface, walker)).transpose()?);
         }
-        Ok(self.entry(Vec::new(), model, fits))
+        Ok(self.entry(Vec::new(), model, fits, &leading))
     }
 
     /// The best of random candidates and of those with textbook values; none if all fail.
@@ -365,35 +367,43 @@ impl Field {
             fits.push(walkers.first().map(|walker| self.fit(&surface, walker)).transpose()?);
         }
         let causes = [&base.causes[..], added].concat();
-        Ok(Some(self.entry(causes, model, fits)))
+        Ok(Some(self.entry(causes, model, fits, &leading)))
     }
 
-    /// Fits a model at every horizon, from its fits so far; at a horizon without one, from the others and from the fit of its base there.
+    /// Fits a model at every horizon, from its fits so far; at a horizon without one, from its best points at the others and from the fit of
+    /// its base there.
     ///
     /// # Errors
     /// As [`Model::new`]; [`DiagnoseError::Stopped`].
     pub fn again(&self, entry: &Entry, base: Option<&Entry>, watching: &Watching<'_>) -> Result<Entry, DiagnoseError> {
         let model = self.model(entry.model.variant)?;
-        let adopted = |entry: &Entry, fit: &Fit| model.adopt(&entry.model, &fit.whole);
         let fit = |(k, horizon): (usize, Horizon)| {
             let surface = self.surface(&model, &self.all, horizon);
-            let (starts, plan) = match entry.fits.get(k) {
-                Some(Some(own)) => (vec![adopted(entry, own)], FROM_A_FIT),
+            let of = |entry: &Entry, values: &[f64]| surface.place(&model.adopt(&entry.model, values));
+            let (places, plan) = match entry.fits.get(k) {
+                Some(Some(own)) => (vec![of(entry, &own.whole)], FROM_A_FIT),
                 _ => {
-                    let of_base = base.and_then(|base| Some(adopted(base, base.fits[k].as_ref()?)));
-                    (entry.fits.iter().flatten().map(|own| adopted(entry, own)).chain(of_base).collect(), OF_LAW)
+                    let of_base = base.and_then(|base| Some(of(base, &base.fits[k].as_ref()?.whole)));
+                    (entry.leading.iter().map(|own| of(entry, own)).chain(of_base).collect(), OF_LAW)
                 }
             };
-            let places = starts.iter().map(|values: &Vec<f64>| surface.place(values)).collect();
             let walkers = Self::search(&surface, places, plan, watching)?;
             walkers.first().map(|walker| self.fit(&surface, walker)).transpose()
         };
         let fits = Horizon::ALL.into_iter().enumerate().map(fit).collect::<Result<_, _>>()?;
-        Ok(self.entry(entry.causes.clone(), model, fits))
+        Ok(self.entry(entry.causes.clone(), model, fits, &[]))
     }
 
-    fn entry(&self, causes: Vec<&'static Extension>, model: Model, fits: Vec<Option<Fit>>) -> Entry {
-        Entry { causes, simulations: model.simulations(), model: model.space, fits, scales: self.scales.clone() }
+    fn entry(
+        &self,
+        causes: Vec<&'static Extension>,
+        model: Model,
+        fits: Vec<Option<Fit>>,
+        leading: &[Vec<f64>],
+    ) -> Entry {
+        let values = |place: &Vec<f64>| model.axes.iter().zip(place).map(|(axis, u)| axis.value(*u)).collect();
+        let (leading, simulations) = (leading.iter().map(values).collect(), model.simulations());
+        Entry { causes, simulations, model: model.space, fits, leading, scales: self.scales.clone() }
     }
 
     /// True if each driver has an own base law: over whole drives, and for one car, all drives have the same.
