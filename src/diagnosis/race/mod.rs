@@ -34,7 +34,7 @@ use crate::extension::{Extension, Extensions};
 use crate::judge::{Check, Resamples, mean};
 use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, LawEntry, Power, Trial, TrialDrivers};
 use evidence::{Rows, best_over_whole_drives, held, passed_over, table, trained};
-use naming::{named, power, set, simplest};
+use naming::{named, power, preferred, set};
 use not_followed::stretches;
 use rayon::prelude::*;
 use rule::checks;
@@ -479,13 +479,13 @@ fn round(
         let can_name = of_race.is_none() && request.sensor_noise.is_none();
         answer.power = power(&entered, &found, answer.tried.bins, policy).filter(|_| can_name);
     }
-    // The next round tests whether a further cause is worth its parameters. Among equally simple models, take the largest gain for a user.
+    // The next round tests whether a further cause is worth its parameters.
     let passing: Vec<usize> = (0..entered.len()).filter(|&k| asked[k].iter().all(|check| check.met)).collect();
     let rows: Vec<&Rows> = passing.iter().map(|&k| &models[k]).collect();
     let is_best = best_over_whole_drives(&rows, &answer.resamples, policy);
-    let gain = |k: usize| -found.rows[k].gains[HORIZONS - 1].share;
+    let gain = |k: usize| found.rows[k].gains[HORIZONS - 1].share;
     let best = passing.into_iter().zip(is_best).filter(|(_, is_best)| *is_best).map(|(k, _)| k);
-    let best = best.min_by(|&a, &b| simplest(&entered, a, b, &gain));
+    let best = best.min_by(|&a, &b| preferred(&entered, own, causes, &gain, a, b));
     let named = called(best.map_or(&[], |k| entered[k].added(own)));
     match (&mut answer.named, named) {
         // The sizes of all causes are those of the larger model.

@@ -101,7 +101,9 @@ pub fn named(
     let is_recommended = |k: usize| recommended.iter().all(|cause| entered[k].causes.contains(cause));
     // Evidence and sizes are those of a model without other causes, if there is one.
     let merits = |k: usize| (count(k), causes_of(k).len() == entered[k].causes.len(), is_recommended(k));
-    let order = |a: usize, b: usize| merits(b).cmp(&merits(a)).then(simplest(entered, a, b, &evidence));
+    let order = |a: usize, b: usize| {
+        merits(b).cmp(&merits(a)).then(simplest(entered, a, b)).then(evidence(a).total_cmp(&evidence(b)))
+    };
     let best = (0..entered.len()).filter(|&k| count(k) > 0 && gains(k)).min_by(|&a, &b| order(a, b))?;
     let row = &table.rows[best];
     let causes = causes_of(best);
@@ -119,8 +121,22 @@ pub fn named(
     Some(Named { causes, rivals, evidence: [row.t, row.p], entry: first + best })
 }
 
-/// The fewest parameters first; among equals, the lowest number.
-pub fn simplest(entered: &[Entry], a: usize, b: usize, number: &dyn Fn(usize) -> f64) -> Ordering {
+/// The order in which models with more causes than `base` are recommended: the fewest parameters first, then those of named causes, whose
+/// reactions gain, too, then the largest gain.
+pub fn preferred(
+    entered: &[Entry],
+    base: &Entry,
+    named: &[&'static Extension],
+    gain: &dyn Fn(usize) -> f64,
+    a: usize,
+    b: usize,
+) -> Ordering {
+    let is_named = |k: usize| entered[k].added(base).iter().all(|cause| named.contains(cause));
+    simplest(entered, a, b).then(is_named(b).cmp(&is_named(a))).then(gain(b).total_cmp(&gain(a)))
+}
+
+/// The fewest parameters first.
+fn simplest(entered: &[Entry], a: usize, b: usize) -> Ordering {
     let count = |k: usize| entered[k].causes.iter().map(|cause| cause.parameters.len()).sum::<usize>();
-    count(a).cmp(&count(b)).then(number(a).total_cmp(&number(b)))
+    count(a).cmp(&count(b))
 }

@@ -7,6 +7,7 @@ use crate::judge::{Resamples, mean};
 use crate::pooling::SPREAD;
 use crate::result::diagnosis::Outcome;
 use crate::wgsl::extension_named;
+use std::cmp::Ordering;
 
 fn cause(name: &str) -> &'static Extension {
     extension_named(name).expect("in the library")
@@ -112,6 +113,14 @@ fn a_cause_counts_where_its_interval_excludes_no_effect() {
     let judged = models[1].fits[1].as_mut().and_then(|fit| fit.judged.as_mut()).expect("judged");
     judged.folds.iter_mut().step_by(2).for_each(|fold| fold[lag] += 2.0);
     assert_eq!(named_at(&models, &[0, 1]), None, "the interval of the lag at 15 s contains 0");
+}
+
+#[test]
+fn of_equally_simple_models_that_of_a_named_cause_is_recommended() {
+    let (_, base, models) = judged_models();
+    let order = |named: &[&'static Extension]| preferred(&models, &base, named, &|k| [0.3, 0.2][k], 0, 1);
+    assert_eq!(order(&[]), Ordering::Less);
+    assert_eq!(order(&[cause("actuation_lag")]), Ordering::Greater);
 }
 
 #[test]
