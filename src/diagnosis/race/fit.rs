@@ -29,14 +29,16 @@ struct Plan {
     rough: usize,
     keep: usize,
     fine: usize,
+    /// Gain of an iteration below which a descent has converged, as a share of NRMSE(s,v,a) or of the squared errors.
+    tolerance: f64,
 }
 
-/// Search of a law; of a law with causes; and from a fit to other parts.
-const OF_LAW: Plan = Plan { rough: 4, keep: 4, fine: 16 };
+/// Search of a law; of a law with causes; and from a fit to other parts, which moves less than a tolerance but gives intervals.
+const OF_LAW: Plan = Plan { rough: 4, keep: 4, fine: 16, tolerance: TOLERANCE };
 /// See [`OF_LAW`].
-const OF_CAUSE: Plan = Plan { rough: 2, keep: 1, fine: 8 };
+const OF_CAUSE: Plan = Plan { rough: 2, keep: 1, fine: 8, tolerance: TOLERANCE };
 /// See [`OF_LAW`].
-const FROM_A_FIT: Plan = Plan { rough: 0, keep: 1, fine: 4 };
+const FROM_A_FIT: Plan = Plan { rough: 0, keep: 1, fine: 4, tolerance: 1e-6 };
 /// Half width of a 95 % interval in standard errors.
 const TWO_SIDED: f64 = 1.96;
 /// Random candidates of a law, half of them again with textbook values; and the number of candidates that are searched from.
@@ -49,18 +51,12 @@ const LEADING: usize = 2;
 const SIZED: usize = 2;
 /// Time constant of the correction in the first iterations over whole drives \[s\]: some times that of the horizon before.
 const ROUGH_S: f64 = 60.0;
-/// Gain of an iteration below which a descent has converged, as a share of NRMSE(s,v,a) or of the squared errors: a fifth of the least gain
-/// that is worth a test, and with many bins, which determine a fit better, this number over theirs.
-const TOLERANCE: [f64; 2] = [1e-3, 0.25];
+/// A fifth of the least gain that is worth a test.
+pub(super) const TOLERANCE: f64 = 1e-3;
 /// Smallest desired speed of a law \[m/s\]; some laws divide by it.
 const LEAST_V_0: f64 = 5.0;
 /// The surface sets the correction from its horizon.
 pub(super) const FREE: Pull = Pull { share: 0.0, soft: None };
-
-/// See [`TOLERANCE`].
-pub(super) fn tolerance(bins: usize) -> f64 {
-    TOLERANCE[0].min(TOLERANCE[1] / bins.max(1) as f64)
-}
 
 /// A model fitted at one horizon.
 #[derive(Debug, Clone)]
@@ -256,7 +252,7 @@ impl Field {
     ) -> Result<Vec<Walker>, DiagnoseError> {
         let fixed = surface.fixed();
         let descend = |surface: &Surface<'_>, places, turns| {
-            let course = Course { pull: FREE, turns, tolerance: tolerance(surface.bins()) };
+            let course = Course { pull: FREE, turns, tolerance: plan.tolerance };
             let walkers = descent::descend(surface, places, &fixed, course, &mut &*watching)?;
             watching.go_on().map(|()| merged(walkers))
         };

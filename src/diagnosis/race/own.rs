@@ -1,6 +1,6 @@
 //! A driver's own base law: near the middle of all drivers, by a penalty for the distance.
 
-use super::fit::{FREE, tolerance};
+use super::fit::{FREE, TOLERANCE};
 use super::loss::{Losses, SIGNALS};
 use super::surface::Surface;
 use crate::calibrate::descent::{Course, Surface as _, Walker, descend, merged};
@@ -49,7 +49,7 @@ impl<'a> OwnLaw<'a> {
     /// # Errors
     /// [`DiagnoseError::Evaluate`], [`DiagnoseError::Stopped`].
     pub fn found(&self, watching: &Watching<'_>) -> Result<Option<Walker>, DiagnoseError> {
-        let course = Course { pull: FREE, turns: TURNS, tolerance: tolerance(self.near.surface.bins()) };
+        let course = Course { pull: FREE, turns: TURNS, tolerance: TOLERANCE };
         let walkers = descend(&self.near, vec![self.near.centre.to_vec()], self.held, course, &mut &*watching)?;
         watching.go_on()?;
         Ok(merged(walkers).into_iter().next())
