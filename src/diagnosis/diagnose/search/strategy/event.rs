@@ -1,11 +1,9 @@
 //! An effect that begins at a time. A base compensates for a part of it, so all other parameters must move with each time that is tried.
 
-use super::scan::highest;
-use super::{Scope, Search, Stop, Task, moved};
+use super::{Scope, Search, Stop, Task, Values, moved};
 use crate::diagnose::drive::Drive;
-use crate::diagnose::likelihood::fit::{Point, profiled};
+use crate::diagnose::likelihood::fit::Point;
 use crate::diagnose::likelihood::model::Model;
-use crate::diagnose::likelihood::space::Axis;
 use crate::diagnose::question::DiagnoseError;
 use crate::diagnose::search::fitted_model::FittedModel;
 use crate::diagnose::search::observers::softened;
@@ -76,28 +74,20 @@ fn times(drive: &Drive) -> Vec<f64> {
 /// second one textbook values of free driving with a strong observer, because one search may continue where another stops.
 fn timed(task: &Task<'_>, model: Model, (size, time): (usize, usize), times: &[f64]) -> Result<Scope, DiagnoseError> {
     let Point { values, noise } = task.present(&model);
-    let neutral = model.symbols[size].neutral().unwrap_or_default();
-    let at = |t: f64, by: f64| moved(&model, &values, &vec![(size, neutral + by), (time, t)]);
-    let changed: Vec<Vec<f64>> = times.iter().map(|t| at(*t, SCAN)).collect();
-    let own = |k: usize| k == size || k == time;
-    let axis = |k: usize| if own(k) { Axis::linear(values[k], values[k]) } else { model.axes[k] };
-    let axes: Vec<Axis> = (0..values.len()).map(axis).collect();
+    let sized = model.symbols[size].neutral().unwrap_or_default() + SCAN;
+    let changes: Vec<Values> = times.iter().map(|t| vec![(size, sized), (time, *t)]).collect();
     let present = softened(&noise, 1.0).unwrap_or(noise);
     let free = softened(&present, SMOOTHER).unwrap_or(present).freer();
     let (mut starts, mut promise) = (Vec::new(), [0.0; 2]);
     for (noise, promise) in [present, free].into_iter().zip(&mut promise) {
         let from = Point { values: values.clone(), noise };
-        let steps = profiled(&model, &axes, &task.setting.whole, &from, &changed)?;
-        let gains: Vec<f64> = steps.iter().map(|step| if step.gain > 0.0 { step.gain } else { f64::NAN }).collect();
         // Neighbours are the same event.
-        for (rank, i) in highest(&gains, 2, task.budget.hints).into_iter().enumerate() {
-            if rank == 0 {
-                *promise = gains[i];
-            }
-            let sized = at(times[i], SCAN * steps[i].share);
-            let values = (0..sized.len()).map(|k| if own(k) { sized[k] } else { steps[i].values[k] }).collect();
-            starts.push(Point { values, noise });
-            let textbook = with_textbook_values(&model, &sized, task.fastest);
+        let found = task.promised(&model, &from, &changes, (2, task.budget.hints))?;
+        *promise = found.first().map_or(0.0, |(gain, _)| *gain);
+        for (_, there) in found {
+            let event = moved(&model, &values, &vec![(size, there[size]), (time, there[time])]);
+            let textbook = with_textbook_values(&model, &event, task.fastest);
+            starts.push(Point { values: there, noise });
             starts.push(Point { values: textbook, noise: present.strong() });
         }
     }

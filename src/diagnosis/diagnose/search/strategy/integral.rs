@@ -1,6 +1,5 @@
 //! A gain on an integral: with a value that is off by half, the model oscillates with another period than the measured car.
 
-use super::size::from_textbook_values;
 use super::{Scope, Search, Stop, Task, Values};
 
 /// Gains, from slow to fast.
@@ -14,7 +13,6 @@ impl Search for Integral {
         let model = task.model(None)?;
         let gain = task.only(&model);
         let gains: Vec<Values> = GAINS.iter().map(|size| vec![(gain, *size)]).collect();
-        let held = from_textbook_values(task, &model)?;
-        Ok(vec![task.scope(model, &gains, held)])
+        Ok(vec![task.scope(model, &gains, Vec::new())])
     }
 }

@@ -18,13 +18,15 @@ use super::search_budget::SearchBudget;
 use super::skipped::Untried;
 use super::textbook::with_textbook_values;
 use crate::catalog::Variant;
-use crate::diagnose::likelihood::fit::{Plan, Point};
+use crate::diagnose::likelihood::fit::{Plan, Point, profiled};
 use crate::diagnose::likelihood::model::{Event, Model};
 use crate::diagnose::likelihood::observer::Noise;
+use crate::diagnose::likelihood::space::Axis;
 use crate::diagnose::question::DiagnoseError;
 use crate::evaluator::CaseError;
 use crate::extension::Extension;
 use crate::symbols::SearchKind;
+use scan::highest;
 use std::sync::atomic::Ordering;
 
 /// The strategy for one kind of cause.
@@ -139,15 +141,51 @@ impl Task<'_> {
         Scope { model, starts, held, alone: false, promise: [0.0; 2] }
     }
 
-    /// Starts at these sizes: the present parameters under the present observer and under a nearly free simulation, and textbook values of
-    /// free driving under a strong observer.
+    /// Starts at these sizes on top of each of [`Task::rests`].
     #[must_use]
     pub fn around(&self, model: &Model, sizes: &[Values]) -> Vec<Point> {
-        let Point { values, noise } = self.present(model);
-        let textbook = with_textbook_values(model, &values, self.fastest);
-        let kinds = [(&values, noise), (&values, noise.freer()), (&textbook, noise.strong())];
-        let at = |size| kinds.map(|(values, noise)| Point { values: moved(model, values, size), noise });
+        let rests = self.rests(model, self.current.fit.point.noise);
+        let at = |size| rests.iter().map(move |rest| Point { values: moved(model, &rest.values, size), ..*rest });
         sizes.iter().flat_map(at).collect()
+    }
+
+    /// Points for the rest of the model: the present parameters under this observer and under a nearly free simulation, because the
+    /// observer may hide an effect in its missing acceleration; if the model may be far off, also textbook values under a strong observer.
+    #[must_use]
+    pub fn rests(&self, model: &Model, noise: Noise) -> Vec<Point> {
+        let Point { values, .. } = self.present(model);
+        let textbook = with_textbook_values(model, &values, self.fastest);
+        let far_off = noise.is_astray().then_some(Point { values: textbook, noise: noise.strong() });
+        let present = [noise, noise.freer()].map(|noise| Point { values: values.clone(), noise });
+        present.into_iter().chain(far_off).collect()
+    }
+
+    /// The most promising of changes of the cause at a point, at least `apart` positions from each other: the predicted gain \[nats\] and
+    /// the values after a step along each, in which its size and all other parameters move.
+    ///
+    /// # Errors
+    /// As [`profiled`].
+    pub fn promised(
+        &self,
+        model: &Model,
+        at: &Point,
+        changes: &[Values],
+        (apart, most): (usize, usize),
+    ) -> Result<Vec<(f64, Vec<f64>)>, DiagnoseError> {
+        let own = model.positions(self.cause);
+        let axis = |k: usize| if own.contains(&k) { Axis::held(at.values[k]) } else { model.axes[k] };
+        let axes: Vec<Axis> = (0..at.values.len()).map(axis).collect();
+        let changed: Vec<Vec<f64>> = changes.iter().map(|change| moved(model, &at.values, change)).collect();
+        let steps = profiled(model, &axes, &self.setting.whole, at, &changed)?;
+        let gains: Vec<f64> = steps.iter().map(|step| if step.gain > 0.0 { step.gain } else { f64::NAN }).collect();
+        let step = |i: usize| {
+            let size = |k: usize| match model.symbols[k].neutral() {
+                Some(_) => at.values[k] + steps[i].share * (changed[i][k] - at.values[k]),
+                None => changed[i][k],
+            };
+            (gains[i], moved(model, &steps[i].values, &own.iter().map(|&k| (k, size(k))).collect()))
+        };
+        Ok(highest(&gains, apart, most).into_iter().map(step).collect())
     }
 
     /// The best fit from the starts of a scope. If sensors are precise, the likelihood is so rugged that a search stops beside the cause.
@@ -163,6 +201,8 @@ impl Task<'_> {
         // Only the final point matters.
         let smooth = Plan { least: [soft.r_s, soft.r_v], fine: plan.fine.div_ceil(2), ..plan };
         let Some(FittedModel { model, fit, .. }) = self.from(model, &starts, smooth)? else { return Ok(None) };
+        // Starts with as much noise have led here.
+        starts.retain(|start| start.noise.r_s < soft.r_s || start.noise.r_v < soft.r_v);
         let found = Noise { r_s: noise.r_s, r_v: noise.r_v, ..fit.point.noise };
         let there = |noise| Point { values: fit.point.values.clone(), noise };
         starts.extend([noise, noise.freer(), found].map(there));

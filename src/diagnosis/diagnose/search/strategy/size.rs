@@ -1,13 +1,14 @@
-//! Sizes: derivatives lead to the optimum, unless the base has compensated for the cause.
+//! Sizes: derivatives lead to the optimum, from a step in which all other parameters move along.
 
-use super::hold::held;
-use super::{Scope, Search, Stop, Task, Values};
+use super::{Scope, Search, Stop, Task, Values, moved};
 use crate::diagnose::likelihood::fit::Point;
-use crate::diagnose::likelihood::model::{Model, is_stepped};
+use crate::diagnose::likelihood::model::Model;
 use crate::diagnose::likelihood::space::Axis;
-use crate::diagnose::question::DiagnoseError;
-use crate::diagnose::search::textbook::with_textbook_values;
+use crate::diagnose::search::observers::softened;
 use crate::extension::Extension;
+
+/// Number of small sizes that start beside the present model.
+const SMALL: usize = 2;
 
 /// See [`Search`].
 pub struct Size;
@@ -18,41 +19,17 @@ impl Search for Size {
         // A parameter without a neutral value has no start value.
         let open = task.cause.parameters.iter().any(|symbol| symbol.neutral().is_none());
         let sizes = if open { Vec::new() } else { sizes(&model, task.cause) };
-        let held = from_textbook_values(task, &model)?;
-        Ok(vec![task.scope(model, &sizes, held)])
+        let present = task.current.fit.point.noise;
+        let rests = task.rests(&model, softened(&present, 1.0).unwrap_or(present));
+        // A promise need not hold.
+        let small = |size: &Values| Point { values: moved(&model, &rests[0].values, size), ..rests[0] };
+        let mut starts: Vec<Point> = sizes.iter().take(SMALL).map(small).collect();
+        for rest in rests.iter().filter(|_| !open) {
+            let found = task.promised(&model, rest, &sizes, (0, 1))?;
+            starts.extend(found.into_iter().map(|(_, values)| Point { values, ..*rest }));
+        }
+        Ok(vec![Scope { model, starts, held: Vec::new(), alone: false, promise: [0.0; 2] }])
     }
-}
-
-/// Fits of the rest from textbook values with fixed sizes, if the present model may be far off. A base compensates for a missing cause with
-/// parameters that are far off, and from there a free size returns to zero.
-///
-/// # Errors
-/// As [`held`].
-pub fn from_textbook_values(task: &Task<'_>, model: &Model) -> Result<Vec<Point>, DiagnoseError> {
-    let Point { values, noise } = task.present(model);
-    if !noise.is_astray() {
-        return Ok(Vec::new());
-    }
-    let values = with_textbook_values(model, &values, task.fastest);
-    held(task.setting, model, &Point { values, noise: noise.strong() }, all_together(model, task.cause))
-}
-
-/// Sizes to fix for a cause that has nothing but sizes: all of them together, at shares of the way from neutral to the ends.
-fn all_together(model: &Model, cause: &Extension) -> Vec<Values> {
-    const SHARES: [f64; 3] = [0.06, 0.15, 0.3];
-    let positions = model.positions(cause);
-    let neutral = |k: usize| model.symbols[k].neutral().filter(|_| !is_stepped(model.symbols[k]));
-    let Some(neutral) = positions.iter().map(|&k| neutral(k)).collect::<Option<Vec<f64>>>() else { return Vec::new() };
-    let held = |end: f64, share: f64| -> Values {
-        let size = |(&k, &neutral): (&usize, &f64)| {
-            let (axis, from) = (model.axes[k], model.axes[k].coordinate(neutral));
-            (k, axis.value(from + share * (end - from)))
-        };
-        positions.iter().zip(&neutral).map(size).collect()
-    };
-    let idle = |size: &Values| size.iter().zip(&neutral).all(|((_, value), neutral)| value == neutral);
-    let all = [1.0, 0.0].iter().flat_map(|end| SHARES.map(|share| held(*end, share)));
-    all.filter(|size| !idle(size)).collect()
 }
 
 /// Start values of a cause's parameters: at every size, all parameters with a neutral value together, and each alone.
