@@ -24,7 +24,7 @@ pub enum Origin {
 /// `table` has the columns `time_s` [s], `lead_speed_mps` [m/s], `speed_mps` [m/s] and `spacing_m` (bumper to bumper) [m], or those of another layout
 /// that leadlag knows, as a pandas, Polars or Arrow table or a mapping of arrays; with `columns` any table. A masked value is a missing one.
 ///
-/// `name` is the drive's name in messages and results. `follower` and the options are those of `leadlag.read`.
+/// `name` names the follower, in messages and results too: drives with different names have different drivers. `follower` and the options are those of `leadlag.read`.
 ///
 /// `drive[10:60]` is the part from 10 to 60 s, both included.
 #[pyclass(module = "leadlag", frozen)]
@@ -108,7 +108,7 @@ impl Drive {
 ///
 /// Options, each a keyword:
 ///
-/// - `name`: the drive's name, if the file has none;
+/// - `name`: the name of the follower, if the file has none;
 /// - `columns`: a column map: the name of a built-in one, a TOML file, or a mapping such as `{"time": "t", "speed": ("v", "km/h"), "lead_speed":
 ///   ("v_lead", "km/h"), "gap": "gap"}`, in SI units unless it names others; it may be a whole map with `rows` and `columns`;
 /// - `layout`: by default detected from the header;

@@ -91,6 +91,24 @@ fn judged_models() -> (Field, Entry, Vec<Entry>) {
     (field, base, models)
 }
 
+/// A fit without one of four drives gains little over the fit to all of them, but moves.
+#[test]
+fn an_interval_is_as_wide_as_the_settings_of_the_drives() {
+    let driver = |k: usize| made_up::linear_driver(&format!("{k}.csv"), [0.12, 0.5, 2.2, 1.44 + 0.04 * k as f64], 15.0);
+    let drives: Vec<Drive> = (0..4).map(driver).collect();
+    let field = Field::new(Parts::of(&drives, Unit::Recording), &Overrides::new(), 1);
+    let mut silent = |_: Progress| ControlFlow::Continue(());
+    let watching = Watching::new(&mut silent);
+    let law = field.law("l-cth".parse().expect("a law"), &watching).expect("fits");
+    let mut base = field.again(&law, None, &watching).expect("fits");
+    field.judge(&mut base, None, &watching).expect("can be judged");
+    let t_h = base.model.symbols.iter().position(|symbol| symbol.name() == "t_h").expect("of the law");
+    let intervals: Vec<[f64; 2]> = (0..HORIZONS).filter_map(|horizon| base.interval(t_h, horizon)).collect();
+    // The standard error of the mean of the four headways is 0.026 s.
+    let is_right = |[low, high]: &[f64; 2]| *low < 1.5 && 1.5 < *high && (0.05..0.25).contains(&(high - low));
+    assert!(intervals.len() == HORIZONS && intervals.iter().all(is_right), "{intervals:?}");
+}
+
 #[test]
 fn a_cause_counts_where_its_interval_excludes_no_effect() {
     let (_, _, mut models) = judged_models();
