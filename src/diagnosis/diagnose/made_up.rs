@@ -27,8 +27,9 @@ pub fn drive(name: &str, begin: f64) -> Drive {
     read(&file, name)
 }
 
-/// Half a minute of a linear driver with these settings (k_s, k_v, d_0, t_h) behind a car whose speed changes with this period \[s\].
-pub fn linear_driver(name: &str, [k_s, k_v, d_0, t_h]: [f64; 4], period: f64) -> Drive {
+/// Half a minute of a linear driver with these settings (k_s, k_v, d_0, t_h), behind a car whose speed changes with this period \[s\], in
+/// gusts of this size \[m/s²\].
+pub fn linear_driver(name: &str, [k_s, k_v, d_0, t_h]: [f64; 4], period: f64, gusts: f64) -> Drive {
     let mut file = "time_s,lead_speed_mps,speed_mps,spacing_m\n".to_owned();
     let (dt, mut v) = (0.1, 15.0);
     let mut s = d_0 + t_h * v;
@@ -36,7 +37,7 @@ pub fn linear_driver(name: &str, [k_s, k_v, d_0, t_h]: [f64; 4], period: f64) ->
         let t = dt * f64::from(i);
         let lead = 15.0 + 5.0 * (std::f64::consts::TAU * t / period).sin();
         writeln!(file, "{t:.1},{lead},{v},{s}").expect("memory");
-        let a = k_s * (s - d_0 - t_h * v) + k_v * (lead - v);
+        let a = k_s * (s - d_0 - t_h * v) + k_v * (lead - v) + gusts * (2.1 * t + period).sin();
         s += (lead - v) * dt;
         v += a * dt;
     }
