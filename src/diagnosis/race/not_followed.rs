@@ -151,8 +151,8 @@ impl NotFollowed {
             trajectory: self.trajectory.clone(),
             when: vec![self.when],
             sentence: format!(
-                "from {from:.0} to {to:.0} s no model follows the car; perhaps a driver took over. The best model errs by {:.1} m/s \
-                 over 10 s (usual: {:.1} m/s)",
+                "no model follows the car from {from:.0} to {to:.0} s, perhaps a driver took over (error of the best {:.1} m/s \
+                 over 10 s, usually {:.1} m/s)",
                 self.error, self.usual
             ),
             matters: true,

@@ -16,8 +16,8 @@ const NAME: usize = 28;
 /// See [`NAME`].
 const CELL: usize = 13;
 
-/// Largest number of characters of a path in a list of drives.
-const PATH: usize = 40;
+/// Largest number of characters of a path in a list of drives: a usual file name.
+const PATH: usize = 32;
 /// Number of files that the text lists: a fleet can have thousands.
 const FILES: usize = 8;
 
