@@ -123,7 +123,14 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
     /// For each job, the column of each of the model's parameters.
     fn columns(&self, jobs: &[Job<'_>]) -> Vec<Vec<Option<usize>>> {
         let columns = |job: &Job| {
-            let column = |name: &str| job.population.symbols().iter().position(|symbol| is_member(*symbol, name));
+            let symbols = job.population.symbols();
+            let mut next = 0;
+            // The orders mostly agree, so a search begins after the last one found.
+            let mut column = |name: &str| {
+                let found = (next..symbols.len()).chain(0..next).find(|&k| is_member(symbols[k], name));
+                next = found.map_or(next, |k| k + 1);
+                found
+            };
             self.model.parameters.iter().map(|(name, _)| column(name)).collect()
         };
         jobs.iter().map(columns).collect()
