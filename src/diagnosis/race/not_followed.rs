@@ -156,7 +156,7 @@ impl NotFollowed {
                 self.error, self.usual
             ),
             matters: true,
-            correction: self.is_left_out.then(|| "left out of the race".to_owned()),
+            correction: self.is_left_out.then(|| "left out".to_owned()),
             ..FindingEntry::default()
         }
     }

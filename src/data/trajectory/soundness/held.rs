@@ -6,6 +6,7 @@ use super::link::{Link, Signal};
 use super::noise::{self, quantum};
 use crate::statistics::robust_scale;
 use crate::text::option::CORRECT;
+use crate::text::shown::counted;
 use crate::trajectory::steps::runs;
 use std::ops::Range;
 
@@ -153,10 +154,10 @@ pub(super) fn finding(signal: &Signal, link: &Link, found: &Dropouts) -> Option<
         matters,
         remedies: vec![Remedy::of(CORRECT)],
         sentence: format!(
-            "{}: {:.1} s in {} pieces were not measured but are missing, held or filled in; the longest is {:.1} s from {:.1} s on{at}",
+            "{}: {:.1} s in {} were not measured but are missing, held or filled in; the longest is {:.1} s from {:.1} s on{at}",
             signal.title,
             seconds(&found.ranges),
-            found.ranges.len(),
+            counted(found.ranges.len(), "piece"),
             longest.len() as f64 * link.dt,
             link.time(longest.start)
         ),
