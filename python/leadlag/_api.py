@@ -383,7 +383,7 @@ def diagnose(
     """Finds the errors of the best simulation with ``base``, the cause that explains them, and its gain on unseen drives.
 
     ``drives`` and ``holdout``: one drive or several, as in :func:`calibrate`; options of reading are those of :func:`read`. Without ``holdout`` the last
-    third of each drive is held back. ``base``: a model as :func:`calibrate` takes it. ``effort``: ``"quick"`` (about 12 s of CPU per drive of 15 minutes), ``"normal"`` (twice that)
+    third of each drive is held back. ``base``: a model as :func:`calibrate` takes it. ``effort``: ``"quick"`` (about 10 s of CPU per drive of 15 minutes), ``"normal"`` (twice that)
     or ``"thorough"``. ``causes``: WGSL files, or pairs ``(name, text)``, that are tried in addition to the built-in ones. ``bounds``: as in :func:`calibrate`, in place
     of those of the diagnosis; they may name parameters of causes. ``progress``: whether a bar is shown.
 

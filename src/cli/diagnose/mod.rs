@@ -62,7 +62,7 @@ pub struct Args {
     pub data_only: bool,
     /// Search effort
     #[arg(long, default_value = "normal", value_parser = one_of(&[
-        ("quick", Effort::Quick, "About 12 s of CPU per drive of 15 minutes"),
+        ("quick", Effort::Quick, "About 10 s of CPU per drive of 15 minutes"),
         ("normal", Effort::Normal, "Twice that"),
         ("thorough", Effort::Thorough, "No time limit"),
     ]))]
