@@ -99,8 +99,9 @@ pub fn named(
     let count = |k: usize| causes_of(k).iter().map(|cause| cause.family()).collect::<BTreeSet<&str>>().len();
     let evidence = |k: usize| -table.rows[k].t;
     let is_recommended = |k: usize| recommended.iter().all(|cause| entered[k].causes.contains(cause));
-    // Evidence and sizes are those of a model without other causes, if there is one.
-    let merits = |k: usize| (count(k), causes_of(k).len() == entered[k].causes.len(), is_recommended(k));
+    // Evidence and sizes are those of one of the best models, and of one without other causes, if there is one.
+    let merits =
+        |k: usize| (count(k), members.contains(&k), causes_of(k).len() == entered[k].causes.len(), is_recommended(k));
     let order = |a: usize, b: usize| {
         merits(b).cmp(&merits(a)).then(simplest(entered, a, b)).then(evidence(a).total_cmp(&evidence(b)))
     };

@@ -53,7 +53,7 @@ fn count(entry: &Entry, of: impl Fn(&Judged) -> usize) -> f64 {
 }
 
 /// The largest ratio of the sizes of the added causes over the longer horizons and the folds of whole drives; infinite if a sign changes or
-/// all sizes are zero.
+/// all sizes of a cause are zero.
 fn spread(policy: &Policy, entry: &Entry, added: &[&'static Extension]) -> f64 {
     let model = &entry.model;
     let fits = || entry.fits.iter().zip(Horizon::ALL).filter(|(_, horizon)| *horizon != Horizon::Step);
@@ -76,6 +76,7 @@ fn spread(policy: &Policy, entry: &Entry, added: &[&'static Extension]) -> f64 {
         let (least, most) = range;
         Some(if least * most > 0.0 { (most / least).max(least / most) } else { f64::INFINITY })
     };
-    let ratios = added.iter().flat_map(|cause| model.positions(cause)).filter_map(ratio);
-    ratios.max_by(f64::total_cmp).unwrap_or(f64::INFINITY)
+    let largest = |ratios: &mut dyn Iterator<Item = f64>| ratios.max_by(f64::total_cmp).unwrap_or(f64::INFINITY);
+    let of_cause = |cause: &&'static Extension| largest(&mut model.positions(cause).into_iter().filter_map(ratio));
+    largest(&mut added.iter().map(of_cause))
 }

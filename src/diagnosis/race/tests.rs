@@ -138,6 +138,25 @@ fn a_cause_counts_where_its_interval_excludes_no_effect() {
     assert_eq!(named_at(&models, &[0, 1]), None, "the interval of the lag at 15 s contains 0");
 }
 
+/// A model outside the confidence set may have more standard errors.
+#[test]
+fn the_named_cause_is_that_of_one_of_the_best_models() {
+    let (_, _, mut models) = judged_models();
+    for entry in &mut models {
+        let k = entry.model.positions(entry.causes[0])[0];
+        entry.fits.iter_mut().flatten().for_each(|fit| fit.whole[k] = 1.0);
+    }
+    let gain = Gain { share: 0.2, interval: [0.1, 0.3], t: 5.0 };
+    let rows = [6.0, 5.0].map(|t| Evidence { gains: [gain; HORIZONS], t, p: 0.001, in_set: true });
+    let named_of = |in_set: [bool; 2]| {
+        let set = ConfidenceSet { horizons: &[0, 1], models: in_set.to_vec(), reference: false, laws: Vec::new() };
+        let table = Table { rows: rows.to_vec(), sets: vec![set], found: [3.0, 0.1] };
+        named(&models, &table, &Policy::DEFAULT, &[], (1, 1)).map(|named| names(&named.causes))
+    };
+    assert_eq!(named_of([true, true]), Some(vec!["sensor_lowpass".to_owned()]));
+    assert_eq!(named_of([false, true]), Some(vec!["actuation_lag".to_owned()]));
+}
+
 #[test]
 fn of_equally_simple_models_that_of_a_named_cause_is_recommended() {
     let (_, base, models) = judged_models();
@@ -186,6 +205,31 @@ fn a_model_that_collides_is_not_recommended() {
     held.parts[0].as_mut().expect("left out once").shortfall = 1.0;
     lag.fits[HORIZONS - 1].as_mut().expect("fitted").judged = Some(Judged { held, ..judged });
     assert_eq!(unmet(&base, lag), ["collisions on left-out drives"]);
+}
+
+#[test]
+fn every_cause_of_a_recommended_model_has_a_size() {
+    let (field, base, _) = judged_models();
+    let causes = ["actuation_lag", "leader_accel_ff"].map(cause);
+    let mut silent = |_: Progress| ControlFlow::Continue(());
+    let watching = Watching::new(&mut silent);
+    let pair = field.with_causes(&base, &causes, &[], &Horizon::ALL, &watching).expect("fits");
+    let mut pair = pair.expect("has all it needs");
+    field.judge(&mut pair, Some(&base), &watching).expect("can be judged");
+    let mut spread = |sizes: [f64; 2]| {
+        for (cause, size) in causes.iter().zip(sizes) {
+            let k = pair.model.positions(cause)[0];
+            for fit in pair.fits.iter_mut().flatten() {
+                let folds = fit.judged.iter_mut().flat_map(|judged| &mut judged.folds);
+                folds.chain([&mut fit.whole]).for_each(|values| values[k] = size);
+            }
+        }
+        let gain = Gain { share: 0.2, interval: [0.1, 0.3], t: 5.0 };
+        let evidence = Evidence { gains: [gain; HORIZONS], t: 5.0, p: 0.001, in_set: true };
+        let checks = checks(&Policy::DEFAULT, &base, &pair, &evidence, &causes);
+        checks.iter().find(|check| check.name.starts_with("largest size")).expect("it is asked").met
+    };
+    assert_eq!([[0.5, 0.5], [0.0, 0.5], [0.5, 0.0]].map(&mut spread), [true, false, false]);
 }
 
 /// A named model that is not recommended is delivered with its gain, and with the drives that would tell its rivals apart.

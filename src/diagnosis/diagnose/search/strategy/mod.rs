@@ -277,3 +277,32 @@ fn promising(mut scopes: Vec<Scope>) -> Vec<Scope> {
     scopes.retain(|scope| (0..2).any(|k| scope.promise[k] >= most[usize::from(scope.alone)][k]));
     scopes
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::calibrate::Overrides;
+    use crate::diagnose::made_up;
+
+    /// The distance at standstill is 1 m off, and the car has no dead zone: a step along a dead zone mends the distance.
+    #[test]
+    fn other_parameters_move_along() {
+        let drives = [made_up::linear_driver("made_up.csv", [0.12, 0.5, 2.2, 1.5], 15.0, 0.0)];
+        let (bounds, cause) = (Overrides::new(), made_up::cause("dead_zone"));
+        let question = made_up::question(&drives, &[], &bounds);
+        let setting = Context::new(&question, None);
+        let mut current = made_up::candidate(&drives, &[]);
+        for (name, value) in [("k_s", 0.12), ("k_v", 0.5), ("d_0", 3.2), ("t_h", 1.5), ("v_0", 50.0)] {
+            let k = current.model.symbols.iter().position(|symbol| symbol.name() == name).expect("of the law");
+            current.fit.point.values[k] = value;
+        }
+        let variant = current.variant.with(cause).expect("they go together");
+        let budget = SearchBudget::of(question.effort);
+        let task =
+            Task { setting: &setting, current: &current, cause, variant, missing: &[], budget: &budget, fastest: 20.0 };
+        let model = task.model(None).expect("a model");
+        let found = task.promised(&model, &task.present(&model), &sizes(&model, cause), (0, 1)).expect("it runs");
+        let d_0 = model.symbols.iter().position(|symbol| symbol.name() == "d_0").expect("of the law");
+        assert!((found[0].1[d_0] - 2.2).abs() < 0.3, "{found:?}");
+    }
+}

@@ -24,7 +24,7 @@ impl Search for Size {
         // A promise need not hold.
         let small = |size: &Values| Point { values: moved(&model, &rests[0].values, size), ..rests[0] };
         let mut starts: Vec<Point> = sizes.iter().take(SMALL).map(small).collect();
-        for rest in rests.iter().filter(|_| !open) {
+        for rest in &rests {
             let found = task.promised(&model, rest, &sizes, (0, 1))?;
             starts.extend(found.into_iter().map(|(_, values)| Point { values, ..*rest }));
         }
