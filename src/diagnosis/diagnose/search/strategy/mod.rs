@@ -201,7 +201,7 @@ impl Task<'_> {
         // Only the final point matters.
         let smooth = Plan { least: [soft.r_s, soft.r_v], fine: plan.fine.div_ceil(2), ..plan };
         let Some(FittedModel { model, fit, .. }) = self.from(model, &starts, smooth)? else { return Ok(None) };
-        // Starts with as much noise have led here, unless so much more of it hides what they had found.
+        // Starts with this noise have led here. A larger factor may hide what they had found.
         starts.retain(|start| factor > 1.0 || start.noise.r_s < soft.r_s || start.noise.r_v < soft.r_v);
         let found = Noise { r_s: noise.r_s, r_v: noise.r_v, ..fit.point.noise };
         let there = |noise| Point { values: fit.point.values.clone(), noise };
