@@ -23,7 +23,7 @@ use crate::symbols::Parameters;
 pub struct Series {
     /// The quantities at each sample.
     pub scene: Covariates,
-    /// d \[m/s²\]; NaN before the first simulated sample, and where it is undefined.
+    /// d \[m/s²\]; NaN before the first simulated sample, where it is undefined, and in what the race omits.
     pub d: Vec<f64>,
     /// Standard deviation of d \[m/s²\].
     pub error: f64,
@@ -72,26 +72,27 @@ pub fn describe(
     };
     let compared = [base_model.variant, extended_model.as_ref().map_or(base_model.variant, |model| model.variant)];
     let base = Described {
-        series: base_model.series(question, &inference.base, &inference.base.noise, lap)?,
+        series: base_model.series(question, &inference.base, &inference.base.noise, answer, lap)?,
         runs: base_model.runs(question, compared, &[])?,
     };
     let extended = match &extended_model {
         Some(model) => Some(Described {
-            series: model.series(question, &inference.extended, &inference.base.noise, lap)?,
+            series: model.series(question, &inference.extended, &inference.base.noise, answer, lap)?,
             runs: model.runs(question, [compared[1], compared[0]], adopted)?,
         }),
         None => None,
     };
     let trained = question.train.len();
-    let errors: Vec<Errors> = base.runs[..trained]
-        .iter()
-        .zip(&base.series)
-        .filter(|(run, _)| run.complete)
-        .map(|(run, series)| Errors {
-            scene: &series.scene,
-            first: run.first,
-            values: [&run.errors[0], &run.errors[1], &run.errors[2]],
-        })
+    let complete = || base.runs[..trained].iter().zip(&base.series).filter(|(run, _)| run.complete);
+    // Neither the errors nor the missing acceleration include what the race omits.
+    let counted = |(run, series): (&Free, &Series)| {
+        let counts = |(error, d): (&f64, &f64)| if d.is_nan() { f64::NAN } else { *error };
+        run.errors.each_ref().map(|errors| errors.iter().zip(&series.d[run.first..]).map(counts).collect::<Vec<f64>>())
+    };
+    let values: Vec<[Vec<f64>; 3]> = complete().map(counted).collect();
+    let errors: Vec<Errors> = complete()
+        .zip(&values)
+        .map(|((run, series), [s, v, a])| Errors { scene: &series.scene, first: run.first, values: [s, v, a] })
         .collect();
     let broken_off = broken_off(question, &base);
     let missing = sorted(&base.series[..trained]);
@@ -196,6 +197,7 @@ impl Simulated {
         question: &Question<'_>,
         fitted: &Fitted,
         of_base: &Noise,
+        answer: &Answer,
         lap: Option<f64>,
     ) -> Result<Vec<Series>, DiagnoseError> {
         let drives = || question.train.iter().chain(question.holdout);
@@ -211,6 +213,9 @@ impl Simulated {
             let scene = Covariates::of(drive, lap);
             let mut d: Vec<f64> = run.state.iter().map(|state| state[2]).collect();
             d[..run.first.min(scene.len())].fill(f64::NAN);
+            let parts = answer.parts_of(drive);
+            let is_left_out = |t: f64| !parts.is_empty() && !parts.iter().any(|[from, to]| (*from..=*to).contains(&t));
+            d.iter_mut().zip(&scene.t).filter(|(_, t)| is_left_out(**t)).for_each(|(d, _)| *d = f64::NAN);
             let (d_0, t_h) = (self.parameters.d_0, self.parameters.t_h);
             let wanted = (d_0 + t_h).is_finite();
             let gap_error = wanted.then(|| scene.s.iter().zip(&scene.v).map(|(s, v)| s - d_0 - t_h * v).collect());
@@ -240,7 +245,9 @@ fn held_back(question: &Question<'_>, answer: &Answer, base: &[Free], extended: 
         let nrmse_sva = nrmse_of(std::slice::from_ref(run))?;
         Some(ErrorsEntry { rms: run.errors.each_ref().map(rms), nrmse_sva })
     };
-    for (i, drive) in question.holdout.iter().enumerate().filter(|(_, drive)| !(is_seen && answer.has_seen(drive))) {
+    for (i, drive) in
+        question.holdout.iter().enumerate().filter(|(_, drive)| !is_seen || answer.parts_of(drive).is_empty())
+    {
         let of_base = errors(&base[i]);
         let recommended = extended.filter(|_| !answer.recommended().is_empty()).and_then(|runs| errors(&runs[i]));
         all.push(HeldBackEntry {

@@ -99,7 +99,9 @@ fn without_positions_nothing_depends_on_the_place() {
         let profiles = found["missing"]["profiles"].as_array().expect("a list");
         let has = |name: &str| profiles.iter().any(|profile| profile["name"] == name);
         assert!(has("sine of the grade") && has("place") == is_placed, "{path}: {profiles:?}");
-        let said = ok(&given).replace("\n  ", " ");
+        let said = ok(&given);
+        assert!(said.lines().count() <= 60, "{said}");
+        let said = said.replace("\n  ", " ");
         assert!(said.contains("sine of the grade (") && !said.contains(", place ("), "{said}");
     }
 }

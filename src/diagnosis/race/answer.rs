@@ -72,11 +72,12 @@ impl Answer {
         of_car.filter_map(|cause| Some(NotTriedEntry::new(&cause.name, &why(cause)?))).collect()
     }
 
-    /// True if a drive takes part in the race.
+    /// Begin and end of the parts of a drive in the race, in the file's time \[s\].
     #[must_use]
-    pub fn has_seen(&self, drive: &Drive) -> bool {
+    pub fn parts_of(&self, drive: &Drive) -> Vec<[f64; 2]> {
         let recording = drive.recording();
-        self.field.parts.drives.iter().any(|part| part.recording() == recording)
+        let own = self.field.parts.drives.iter().filter(|part| part.recording() == recording);
+        own.map(|part| [part.trajectory.t[0], part.trajectory.t[part.trajectory.t.len() - 1]]).collect()
     }
 
     /// Errors of the base and of the recommended model on the parts that their fits left out, by file.

@@ -154,6 +154,18 @@ impl Entry {
         self.model.positions(cause).into_iter().any(excludes)
     }
 
+    /// True if a parameter of a cause lies on a bound at a horizon, and does something there.
+    #[must_use]
+    pub fn is_on_bound(&self, cause: &'static Extension, horizon: usize) -> bool {
+        let Some(fit) = &self.fits[horizon] else { return false };
+        let is_on_bound = |k: usize| {
+            let (axis, value) = (&self.model.axes[k], fit.whole[k]);
+            let size = (axis.coordinate(value) - axis.coordinate(self.neutral(k))).abs();
+            axis.at_bound(value) && size > Policy::DEFAULT.none
+        };
+        self.model.positions(cause).into_iter().any(is_on_bound)
+    }
+
     /// The 95 % interval of a parameter at a horizon, by a jackknife over the folds (Tukey 1958); `None` if the model is not judged.
     #[must_use]
     pub fn interval(&self, k: usize, horizon: usize) -> Option<[f64; 2]> {

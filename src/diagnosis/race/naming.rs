@@ -92,8 +92,9 @@ pub fn named(
         let (share, least) = drivers.map_or((1.0, 1.0), |(mixture, [least, _])| (mixture.share, least));
         row.p <= policy.chance_of_a_name && least > 0.0 && row.gains[OF_A_NAME].share >= policy.least_gain * share
     };
-    let is_named =
-        |k: usize, cause: &'static Extension| counts(k, cause, &[OF_A_NAME]) && families.contains(&cause.family());
+    // A cause on a bound only stretches the law.
+    let has_size = |k: usize, cause| counts(k, cause, &[OF_A_NAME]) && !entered[k].is_on_bound(cause, OF_A_NAME);
+    let is_named = |k: usize, cause: &'static Extension| has_size(k, cause) && families.contains(&cause.family());
     let causes_of =
         |k: usize| entered[k].causes.iter().copied().filter(|cause| is_named(k, cause)).collect::<Vec<&Extension>>();
     let count = |k: usize| causes_of(k).iter().map(|cause| cause.family()).collect::<BTreeSet<&str>>().len();
@@ -111,8 +112,7 @@ pub fn named(
     let mut rivals: Vec<Alternative> = Vec::new();
     for &of in &causes {
         let all = members.iter().flat_map(|&k| entered[k].causes.iter().map(move |cause| (k, *cause)));
-        for (k, cause) in
-            all.filter(|(k, cause)| cause.family() == of.family() && *cause != of && counts(*k, cause, &[OF_A_NAME]))
+        for (k, cause) in all.filter(|(k, cause)| cause.family() == of.family() && *cause != of && has_size(*k, cause))
         {
             if !rivals.iter().any(|rival| (rival.of, rival.cause) == (of, cause)) {
                 rivals.push(Alternative { of, cause, entry: first + k });

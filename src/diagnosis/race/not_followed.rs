@@ -20,8 +20,6 @@ pub struct NotFollowed {
     pub when: [f64; 2],
     /// The largest root mean square error of the speed over 10 s \[m/s\], by the model that follows best there.
     pub error: f64,
-    /// The usual error \[m/s\]: nine of ten bins have less.
-    pub usual: f64,
     /// True near the start or the end of the drive, where a driver brings the car up to speed or takes over: the race omits the stretch.
     /// Elsewhere it may be normal behaviour of the car that no model has yet.
     pub is_left_out: bool,
@@ -41,7 +39,6 @@ pub fn stretches<'a>(
     };
     let Some(errors) = models.filter_map(speed_errors).reduce(least) else { return Vec::new() };
     let bins = bins(field, errors);
-    let usual = usual(&bins, policy);
     let found = far_off(&bins, policy).into_iter().map(|bins| {
         let (drive, [first, last]) = (&drives[bins[0].drive], [bins[0].when[0], bins[bins.len() - 1].when[1]]);
         let t = &drive.trajectory.t;
@@ -52,7 +49,6 @@ pub fn stretches<'a>(
             trajectory: drive.trajectory.id.clone(),
             when: [first, last],
             error: bins.iter().map(|bin| bin.error).fold(0.0, f64::max),
-            usual,
         }
     });
     found.collect()
@@ -150,11 +146,7 @@ impl NotFollowed {
             file: self.file.clone(),
             trajectory: self.trajectory.clone(),
             when: vec![self.when],
-            sentence: format!(
-                "no model follows the car from {from:.0} to {to:.0} s, perhaps a driver took over (error of the best {:.1} m/s \
-                 over 10 s, usually {:.1} m/s)",
-                self.error, self.usual
-            ),
+            sentence: format!("no model follows the car from {from:.0} to {to:.0} s, perhaps a driver took over"),
             matters: true,
             correction: self.is_left_out.then(|| "left out".to_owned()),
             ..FindingEntry::default()

@@ -133,6 +133,15 @@ fn a_cause_counts_where_its_interval_excludes_no_effect() {
     assert_eq!(named_at(&models, &[0, 1]), Some(vec!["actuation_lag".to_owned()]));
     assert_eq!(named_at(&models, &[1]), None, "the interval of the filter at 15 s contains 0");
     let lag = models[1].model.positions(models[1].causes[0])[0];
+    let upper = models[1].model.axes[lag].upper;
+    let mut sized = |size: f64| {
+        let fit = models[1].fits[1].as_mut().expect("fitted");
+        fit.whole[lag] = size;
+        fit.judged.as_mut().expect("judged").folds.iter_mut().for_each(|fold| fold[lag] = size);
+        named_at(&models, &[0, 1])
+    };
+    assert_eq!(sized(upper), None, "the lag at 15 s lies on its bound");
+    assert_eq!(sized(1.0), Some(vec!["actuation_lag".to_owned()]));
     let judged = models[1].fits[1].as_mut().and_then(|fit| fit.judged.as_mut()).expect("judged");
     judged.folds.iter_mut().step_by(2).for_each(|fold| fold[lag] += 2.0);
     assert_eq!(named_at(&models, &[0, 1]), None, "the interval of the lag at 15 s contains 0");

@@ -78,16 +78,12 @@ pub(in crate::internal::report) fn next(base: &str) -> String {
     format!("Next: the same command with {BASE} {base}")
 }
 
-/// A named cause: its evidence, its term, and the causes that explain the data as well; the conclusion has its sizes.
+/// A named cause: its term, and the causes that explain the data as well; the conclusion has its sizes.
 fn one(text: &mut String, outcome: &Outcome, cause: &CauseEntry) {
-    let how = match cause.threshold_kind.as_str() {
-        "bootstrap" => String::new(),
-        kind => format!(": evidence {:.0}, threshold {:.0} ({kind})", cause.evidence, cause.threshold),
-    };
     let place = cause.recording.as_ref().map(|recording| format!("in {recording}"));
     let lines: Vec<String> = [cause.equation.clone(), place].into_iter().flatten().collect();
-    if !(how.is_empty() && lines.is_empty()) {
-        text.push_str(&wrapped(0, 2, &[vec![format!("{}{how}", cause.name)], lines].concat().join("; ")));
+    if !lines.is_empty() {
+        text.push_str(&wrapped(0, 2, &format!("{}: {}", cause.name, lines.join("; "))));
     }
     let rivals: Vec<String> = outcome.rivals(cause).map(sized).collect();
     if !rivals.is_empty() {

@@ -155,7 +155,7 @@ pub fn in_short(outcome: &Outcome) -> Short {
     answer.extend(outcome.fleet.iter().filter_map(|fleet| fleet.share.as_ref()).map(share));
     answer.extend(whole_drives(outcome));
     let mut more = match &outcome.recommended {
-        Some(recommended) => recommendation(outcome, recommended).to_vec(),
+        Some(recommended) => vec![recommendation(outcome, recommended)],
         None => outcome.gain.iter().map(unconfirmed).collect(),
     };
     let minutes = outcome.closed_loop.bins as f64 * BIN_S / 60.0;
@@ -275,7 +275,7 @@ fn change(gain: &ClosedLoopGain) -> String {
     format!("the error on unseen drives {changes} by {change} % [{low}, {high}]")
 }
 
-fn recommendation(outcome: &Outcome, recommended: &Recommended) -> [String; 2] {
+fn recommendation(outcome: &Outcome, recommended: &Recommended) -> String {
     let base = base(outcome);
     // The verdict gives the meaning of a named cause.
     let meaning = |cause: &RecommendedCause| match outcome.causes.iter().any(|named| named.name == cause.name) {
@@ -287,11 +287,8 @@ fn recommendation(outcome: &Outcome, recommended: &Recommended) -> [String; 2] {
     // One entry per driver of a fleet, otherwise per file.
     let (all, of) = (recommended.per_drive.len(), if outcome.fleet.is_some() { "drivers" } else { "files" });
     let better = recommended.per_drive.iter().filter(|drive| drive.extended < drive.base).count();
-    let each = if all > 1 { format!("; it is smaller on {better} of {all} {of}") } else { String::new() };
-    [
-        format!("Recommended: {base} with {}.", causes.join(" and ")),
-        format!("With it, {}{each}.", change(&recommended.gain)),
-    ]
+    let each = if all > 1 { format!(", and is smaller on {better} of {all} {of}") } else { String::new() };
+    format!("Recommended: {base} with {}; {}{each}.", causes.join(" and "), change(&recommended.gain))
 }
 
 pub(super) fn parameter(p: &ParameterEntry) -> String {

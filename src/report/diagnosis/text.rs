@@ -61,7 +61,6 @@ fn write_all(text: &mut String, outcome: &Outcome, again: Option<&Again>) -> std
         left(text, outcome);
         Ok(())
     })?;
-    text.push('\n');
     let Outcome { simulations, seed, effort, program, convention, .. } = outcome;
     text.push_str(&wrapped(
         0,
@@ -157,7 +156,7 @@ fn notes(entry: &DataEntry, findings: &[FindingEntry]) -> Vec<String> {
         notes.push(format!("too small to matter: {} (leadlag inspect shows more)", names.join(", ")));
     }
     notes.extend(entry.moved());
-    notes.extend(entry.unseen.iter().map(|unseen| format!("not detectable: {unseen}")));
+    notes.extend(entry.unseen.iter().map(|unseen| format!("not checked: {unseen}")));
     notes
 }
 

@@ -19,10 +19,10 @@ pub(super) enum Seen {
 
 pub(super) fn gap_offset(link: &Link) -> Seen {
     let (Some(x_l), Some(x_f)) = (&link.x_l, &link.x_f) else {
-        return Seen::No("a constant error of the gap, without positions of both cars");
+        return Seen::No("a constant error of the gap (needs positions of both cars)");
     };
     let Some(len_l) = link.len_l else {
-        return Seen::No("a constant error of the gap, without the length of the car ahead");
+        return Seen::No("a constant error of the gap (needs the length of the car ahead)");
     };
     let off = |i: usize| link.gap[i] - (x_l[i] - x_f[i] - len_l);
     let starts = (0..link.len()).step_by(link.samples(BLOCK_S));
@@ -34,7 +34,7 @@ pub(super) fn gap_offset(link: &Link) -> Seen {
         .collect();
     let n = medians.len() as f64;
     if n < 3.0 {
-        return Seen::No("a constant error of the gap: too few positions were measured");
+        return Seen::No("a constant error of the gap (needs more positions)");
     }
     let mean = medians.iter().sum::<f64>() / n;
     let error = (medians.iter().map(|m| (m - mean).powi(2)).sum::<f64>() / (n - 1.0) / n).sqrt();

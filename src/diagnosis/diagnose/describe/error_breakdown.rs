@@ -52,7 +52,7 @@ pub struct Errors<'a> {
     pub scene: &'a Covariates,
     /// First compared sample.
     pub first: usize,
-    /// Errors of s \[m\], v \[m/s\], a \[m/s²\], one per sample from `first` on.
+    /// Errors of s \[m\], v \[m/s\], a \[m/s²\], one per sample from `first` on; NaN where they do not count.
     pub values: [&'a [f64]; 3],
 }
 
@@ -84,7 +84,7 @@ pub fn budget(runs: &[Errors]) -> Option<Budget> {
     let mut of: BTreeMap<Regime, (f64, [f64; 3])> = BTreeMap::new();
     let (mut sums, mut squares, mut count) = ([0.0; 3], [0.0; 3], 0.0);
     for run in runs {
-        for i in 0..run.values[0].len() {
+        for i in (0..run.values[0].len()).filter(|&i| run.values.iter().all(|values| !values[i].is_nan())) {
             let (time, own) = of.entry(Regime::of(run.scene, run.first + i)).or_default();
             *time += 1.0;
             count += 1.0;
