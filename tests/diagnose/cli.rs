@@ -111,7 +111,7 @@ fn the_data_alone_can_be_checked() {
     let folder = scratch("diagnose_cli", "data_only");
     let clean = pair(&folder, 1, 300, &[]);
     let text = ok(&["diagnose", "--data", &clean, "--data-only"]);
-    assert!(text.contains("no contradictions found"), "{text}");
+    assert!(text.contains("No contradictions were found."), "{text}");
     assert!(text.lines().all(|line| line.chars().count() <= 80 || line.contains(&clean[..40])), "{text}");
     let faulty = scaled(&clean, 1.03);
     let both = format!("{clean},{faulty}");

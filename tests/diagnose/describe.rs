@@ -185,7 +185,7 @@ fn parameters_at_bounds_what_is_held_back_and_the_way_on_are_told() {
     let said = diagnosis(&outcome, Some(&Again { words, on: "on the training data".to_owned() }));
     assert!(said.contains("a.csv follower 1, 0.0 to 120.0 s\n"), "{said}");
     assert!(said.contains("b.csv follower 1, 0.0 to 120.0 s, held back\n"), "{said}");
-    assert_eq!(said.matches("no contradictions found").count(), 1, "{said}");
+    assert_eq!(said.matches("No contradictions were found.").count(), 1, "{said}");
     // Without errors to describe, the section has no title.
     assert!(!said.contains("2. What is wrong") && said.contains("\n3. What explains it?\n"), "{said}");
     let rows: Vec<&str> = said.lines().filter(|line| line.starts_with("  v_0 ")).collect();

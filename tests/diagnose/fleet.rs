@@ -220,5 +220,6 @@ fn a_fault_is_of_its_drive() {
     std::fs::write(&map, MAP).expect("can be written");
     let text = ok(&["diagnose", &pairs, "--columns", &map, "--trajectory", "0,1", "--data-only"]);
     let (first, second) = text.split_once("trajectory 1").expect("two drives");
-    assert!(first.contains("no contradictions found") && !second.contains("no contradictions found"), "{text}");
+    assert!(!first.contains("INCONSISTENT") && second.contains("INCONSISTENT"), "{text}");
+    assert!(second.contains("\nNo contradictions were found in 1 of 2 drives.\n"), "{text}");
 }

@@ -121,6 +121,12 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry]) -> String {
         text.push_str(&wrapped(0, 2, &line));
         own.iter().filter(|note| !shared.contains(note)).for_each(|note| text.push_str(&wrapped(2, 4, note)));
     }
+    let is_clean = |entry: &&DataEntry| entry.units.is_none() && !findings.iter().any(|f| f.is_of(entry));
+    match data.iter().filter(is_clean).count() {
+        0 => {}
+        all if all == data.len() => text.push_str("No contradictions were found.\n"),
+        some => text.push_str(&format!("No contradictions were found in {some} of {} drives.\n", data.len())),
+    }
     if let Some(more) = listed.get(FILES..).filter(|more| !more.is_empty()) {
         let faulty = more.iter().filter(|&&i| has_fault(&data[i])).count();
         text.push_str(&format!("Files not listed: {}, with faults: {faulty}\n", more.len()));
@@ -141,9 +147,6 @@ pub fn data(data: &[DataEntry], findings: &[FindingEntry]) -> String {
 fn notes(entry: &DataEntry, findings: &[FindingEntry]) -> Vec<String> {
     let mut notes: Vec<String> = entry.units.iter().map(|units| format!("UNITS: {units}. {MEND_FIRST}")).collect();
     let (shown, minor): (Vec<_>, Vec<_>) = findings.iter().filter(|f| f.is_of(entry)).partition(|f| !f.is_minor());
-    if shown.is_empty() && minor.is_empty() && notes.is_empty() {
-        notes.push("no contradictions found".to_owned());
-    }
     for of_kind in shown.chunk_by(|a, b| (&a.name, &a.when, &a.correction) == (&b.name, &b.when, &b.correction)) {
         let (finding, others) = of_kind.split_first().expect("a chunk has a finding");
         let done = finding.correction.as_ref().map_or(String::new(), |done| format!("; done: {done}"));
