@@ -213,9 +213,7 @@ impl Simulated {
             let scene = Covariates::of(drive, lap);
             let mut d: Vec<f64> = run.state.iter().map(|state| state[2]).collect();
             d[..run.first.min(scene.len())].fill(f64::NAN);
-            let parts = answer.parts_of(drive);
-            let is_left_out = |t: f64| !parts.is_empty() && !parts.iter().any(|[from, to]| (*from..=*to).contains(&t));
-            d.iter_mut().zip(&scene.t).filter(|(_, t)| is_left_out(**t)).for_each(|(d, _)| *d = f64::NAN);
+            leave_out(&mut d, &scene.t, &answer.parts_of(drive));
             let (d_0, t_h) = (self.parameters.d_0, self.parameters.t_h);
             let wanted = (d_0 + t_h).is_finite();
             let gap_error = wanted.then(|| scene.s.iter().zip(&scene.v).map(|(s, v)| s - d_0 - t_h * v).collect());
@@ -234,6 +232,12 @@ impl Simulated {
             ..own
         }
     }
+}
+
+/// Sets d to NaN at times beyond these parts, if there are any.
+fn leave_out(d: &mut [f64], t: &[f64], parts: &[[f64; 2]]) {
+    let is_of_part = |t: &f64| parts.is_empty() || parts.iter().any(|[from, to]| (*from..=*to).contains(t));
+    d.iter_mut().zip(t).filter(|(_, t)| !is_of_part(t)).for_each(|(d, _)| *d = f64::NAN);
 }
 
 /// The errors on data that the models were not fitted to: parts left out of the race, and held-back drives that it has not seen.
@@ -305,4 +309,21 @@ fn missing_of(series: &[Series]) -> Vec<Missing<'_>> {
 
 fn sorted(series: &[Series]) -> Option<Profiles> {
     profiles(&missing_of(series))
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn what_the_race_omits_is_left_out() {
+        let t = [0.0, 1.0, 2.0, 3.0, 4.0];
+        let left = |parts: &[[f64; 2]]| {
+            let mut d = [0.1; 5];
+            leave_out(&mut d, &t, parts);
+            d.map(f64::is_nan)
+        };
+        assert_eq!(left(&[[1.0, 2.0], [4.0, 9.0]]), [true, false, false, true, false]);
+        assert_eq!(left(&[]), [false; 5]);
+    }
 }

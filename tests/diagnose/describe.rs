@@ -282,12 +282,17 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
     let tested = serde_json::json!({"bins": 120, "parts": [4, 4], "policy": {}, "trials": []});
     let mut untested = tested.clone();
     untested["not_testable"] = "the drives have 32 bins".into();
+    let mut colliding = tested.clone();
+    colliding["trials"] = serde_json::json!([{"causes": ["dead_zone"], "gain": 0.1, "horizons": [], "standard_errors": 5.0, "probability": 0.001,
+        "in_set": true, "passes": false, "checks": [{"name": "collisions on left-out drives", "value": 1.0, "limit": 0.0, "met": false}]}]);
     let recommended = serde_json::json!({
         "causes": [{"name": "dead_zone", "meaning": "", "parameters": []}], "why": "confirmed",
         "parameters": {}, "safe": true, "safe_reason": "", "per_drive": [],
         "gain": {"measure": "nrmse_sva_10s", "base": 1.0, "extended": 0.9, "interval": [0.05, 0.15]},
         "confidence_set": [], "collisions": {"base": 0, "extended": 0}
     });
+    let mut other = recommended.clone();
+    other["causes"][0]["name"] = "grade".into();
     let mut helpful = recommended.clone();
     helpful["why"] = "helps".into();
     helpful["causes"]
@@ -315,6 +320,17 @@ fn the_verdict_and_whole_drives_agree_in_what_comes_first() {
             None,
             Some(recommended),
             [named, "Recommended: idm+delay with dead_zone; the error on unseen drives falls by", ""],
+        ),
+        (
+            "dead_zone",
+            &colliding,
+            None,
+            Some(other),
+            [
+                named,
+                "Do not use it yet, because a check fails (collisions on left-out drives: 1, limit 0).",
+                "Recommended: idm+delay with grade; the error on unseen drives falls by",
+            ],
         ),
         (
             "dead_zone",

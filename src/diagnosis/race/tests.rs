@@ -273,6 +273,11 @@ fn a_named_model_has_a_gain() {
     assert_eq!((gain.base, gain.extended, outcome.recommended.take()), (before, after, None));
     assert_eq!(answer.extended().expect("it is judged").causes, [lag]);
     assert!(outcome.reason.contains("p < 0.001. Drives that would distinguish them: a leader"), "{}", outcome.reason);
+    // An alternative has the size that it has in its own model.
+    let own =
+        answer.entries[1].fits[OF_A_NAME].as_ref().expect("fitted").whole[answer.entries[1].model.positions(filter)[0]];
+    let sizes: Vec<f64> = outcome.confounded_with[0].parameters.iter().map(|parameter| parameter.value).collect();
+    assert_eq!(sizes, [own]);
     // A cause of one drive is named by the likelihood only, and the race does not judge it.
     answer.likely = vec![cause("set_speed_change")];
     assert!(answer.extended().is_none());

@@ -217,7 +217,8 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
     let several = outcome.causes.len() + outcome.confounded_with.len() > 1;
     let it = if several { "them" } else { "it" };
     match (&outcome.recommended, &outcome.closed_loop.not_testable) {
-        (Some(recommended), _) => (recommended.why == Why::Helps).then(|| beyond_names(outcome, recommended)),
+        (Some(recommended), _) if recommended.why == Why::Helps => Some(beyond_names(outcome, recommended)),
+        (Some(_), _) => failed_check(outcome).map(|check| format!("Do not use {it} yet, because {check}.")),
         (None, _) if is_named && once(outcome) => {
             Some(format!("Whole drives cannot test an effect that occurs only once: do not use {it} for other drives."))
         }
@@ -225,7 +226,10 @@ fn whole_drives(outcome: &Outcome) -> Option<String> {
         (None, Some(_)) if is_untried(outcome) => None,
         (None, Some(why)) => Some(format!("Whether an extension follows unseen drives better was not tested: {why}.")),
         (None, None) if outcome.closed_loop.bins == 0 => None,
-        (None, None) if is_named => Some(format!("Do not use {it} yet{}.", why_not(outcome))),
+        (None, None) if is_named => {
+            let why = failed_check(outcome).map_or(String::new(), |check| format!(", because {check}"));
+            Some(format!("Do not use {it} yet{why}."))
+        }
         (None, None) => Some(format!("No extension of {base} is recommended: none passes all checks.")),
     }
 }
@@ -239,11 +243,11 @@ fn beyond_names(outcome: &Outcome, recommended: &Recommended) -> String {
 }
 
 /// The first check that the model with the named causes fails.
-fn why_not(outcome: &Outcome) -> String {
+fn failed_check(outcome: &Outcome) -> Option<String> {
     let is_named = |name: &String| outcome.causes.iter().any(|cause| cause.name == *name);
     let with_named = |trial: &&Trial| trial.causes.len() == outcome.causes.len() && trial.causes.iter().all(is_named);
-    let check = outcome.closed_loop.trials.iter().find(with_named).and_then(|t| t.checks.iter().find(|c| !c.met));
-    check.map_or(String::new(), |check| format!(", because a check fails ({})", check.in_words()))
+    let check = outcome.closed_loop.trials.iter().find(with_named)?.checks.iter().find(|check| !check.met)?;
+    Some(format!("a check fails ({})", check.in_words()))
 }
 
 /// True if all named causes happen at one time of one drive.
