@@ -149,7 +149,6 @@ pub fn combine(outcome: &mut Outcome, answer: &Answer) {
     // A cause that the race judges is not absorbed by a calibration.
     let is_judged = |name: &String| answer.tried.trials.iter().any(|trial| trial.causes.contains(name));
     outcome.not_testable.retain(|entry| !is_judged(&entry.name));
-    debug_assert!(answer.winner.is_none() || is_named(outcome), "only named families are recommended");
     outcome.power = answer.power.clone().filter(|_| !is_named(outcome));
     let named: Vec<String> =
         outcome.causes.iter().chain(&outcome.confounded_with).map(|cause| cause.family.clone()).collect();

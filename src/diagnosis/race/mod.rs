@@ -34,7 +34,7 @@ use crate::extension::{Extension, Extensions};
 use crate::judge::{Check, Resamples, mean};
 use crate::result::diagnosis::recommended::{ClosedLoopEntry, HorizonGain, LawEntry, Power, Trial, TrialDrivers};
 use evidence::{Rows, best_over_whole_drives, held, passed_over, table, trained};
-use naming::{named, power, preferred, set};
+use naming::{Sought, named, power, preferred, set};
 use not_followed::stretches;
 use rayon::prelude::*;
 use rule::checks;
@@ -459,11 +459,11 @@ fn round(
     let others: Vec<Rows> = laws.iter().map(|(_, rows)| rows.clone()).collect();
     let found = table(&reference, &models, &left, &others, &answer.resamples, policy);
     let first = answer.entries.len();
-    let called = |recommended: &[&'static Extension]| match request.sensor_noise {
-        None => named(&entered, &found, policy, recommended, (first, request.seed)),
+    let called = |sought: Sought<'_>| match request.sensor_noise {
+        None => named(&entered, &found, policy, sought, (first, request.seed)),
         Some(_) => None,
     };
-    let of_race = called(&[]);
+    let of_race = called(Sought::Support);
     let causes = match &of_race {
         Some(named) if request.named.is_empty() => &named.causes,
         _ => request.named,
@@ -486,7 +486,7 @@ fn round(
     let gain = |k: usize| found.rows[k].gains[HORIZONS - 1].share;
     let best = passing.into_iter().zip(is_best).filter(|(_, is_best)| *is_best).map(|(k, _)| k);
     let best = best.min_by(|&a, &b| preferred(&entered, own, causes, &gain, a, b));
-    let named = called(best.map_or(&[], |k| entered[k].added(own)));
+    let named = called(Sought::Name(best.map_or(&[], |k| entered[k].added(own))));
     match (&mut answer.named, named) {
         // The sizes of all causes are those of the larger model.
         (Some(so_far), Some(more)) => {

@@ -57,13 +57,23 @@ pub fn set(entered: &[Entry], table: &Table, laws: &[(String, Rows)]) -> Vec<Vec
     own.chain(reference).chain(others).collect()
 }
 
+/// What is sought: causes that may be recommended, or a name beside a recommended model. A cause on a bound only stretches the law, so it has
+/// no name, but may follow unseen drives better.
+#[derive(Debug, Clone, Copy)]
+pub enum Sought<'a> {
+    /// Causes that may be recommended.
+    Support,
+    /// Names, beside a model with these causes.
+    Name(&'a [&'static Extension]),
+}
+
 /// The families common to all models with causes that cannot be distinguished from the best at a horizon, provided that the reference can
 /// be distinguished; of these, as many as a model has that beats the reference by more than chance.
 pub fn named(
     entered: &[Entry],
     table: &Table,
     policy: &Policy,
-    recommended: &[&'static Extension],
+    sought: Sought<'_>,
     (first, seed): (usize, u64),
 ) -> Option<Named> {
     // A cause counts where its interval excludes no effect.
@@ -92,8 +102,11 @@ pub fn named(
         let (share, least) = drivers.map_or((1.0, 1.0), |(mixture, [least, _])| (mixture.share, least));
         row.p <= policy.chance_of_a_name && least > 0.0 && row.gains[OF_A_NAME].share >= policy.least_gain * share
     };
-    // A cause on a bound only stretches the law.
-    let has_size = |k: usize, cause| counts(k, cause, &[OF_A_NAME]) && !entered[k].is_on_bound(cause, OF_A_NAME);
+    let recommended = if let Sought::Name(recommended) = sought { recommended } else { &[] };
+    let may_be_on_bound = matches!(sought, Sought::Support);
+    let has_size = |k: usize, cause| {
+        counts(k, cause, &[OF_A_NAME]) && (may_be_on_bound || !entered[k].is_on_bound(cause, OF_A_NAME))
+    };
     let is_named = |k: usize, cause: &'static Extension| has_size(k, cause) && families.contains(&cause.family());
     let causes_of =
         |k: usize| entered[k].causes.iter().copied().filter(|cause| is_named(k, cause)).collect::<Vec<&Extension>>();

@@ -119,11 +119,12 @@ fn a_cause_counts_where_its_interval_excludes_no_effect() {
     let (_, _, mut models) = judged_models();
     let gain = Gain { share: 0.2, interval: [0.1, 0.3], t: 5.0 };
     let rows = vec![Evidence { gains: [gain; HORIZONS], t: 5.0, p: 0.001, in_set: true }; 2];
-    let named_at = |models: &[Entry], horizons| {
+    let sought_at = |models: &[Entry], horizons, sought| {
         let set = ConfidenceSet { horizons, models: vec![true; 2], reference: false, laws: Vec::new() };
         let table = Table { rows: rows.clone(), sets: vec![set], found: [3.0, 0.1] };
-        named(models, &table, &Policy::DEFAULT, &[], (1, 1)).map(|named| names(&named.causes))
+        named(models, &table, &Policy::DEFAULT, sought, (1, 1)).map(|named| names(&named.causes))
     };
+    let named_at = |models: &[Entry], horizons| sought_at(models, horizons, Sought::Name(&[]));
     for (entry, sizes) in models.iter_mut().zip([[1.0, 0.0], [1.0, 1.0]]) {
         let k = entry.model.positions(entry.causes[0])[0];
         for (fit, size) in entry.fits.iter_mut().flatten().zip(sizes) {
@@ -138,10 +139,11 @@ fn a_cause_counts_where_its_interval_excludes_no_effect() {
         let fit = models[1].fits[1].as_mut().expect("fitted");
         fit.whole[lag] = size;
         fit.judged.as_mut().expect("judged").folds.iter_mut().for_each(|fold| fold[lag] = size);
-        named_at(&models, &[0, 1])
+        [Sought::Name(&[]), Sought::Support].map(|sought| sought_at(&models, &[0, 1], sought))
     };
-    assert_eq!(sized(upper), None, "the lag at 15 s lies on its bound");
-    assert_eq!(sized(1.0), Some(vec!["actuation_lag".to_owned()]));
+    let lag_alone = Some(vec!["actuation_lag".to_owned()]);
+    assert_eq!(sized(upper), [None, lag_alone.clone()], "the lag at 15 s lies on its bound");
+    assert_eq!(sized(1.0), [lag_alone.clone(), lag_alone]);
     let judged = models[1].fits[1].as_mut().and_then(|fit| fit.judged.as_mut()).expect("judged");
     judged.folds.iter_mut().step_by(2).for_each(|fold| fold[lag] += 2.0);
     assert_eq!(named_at(&models, &[0, 1]), None, "the interval of the lag at 15 s contains 0");
@@ -160,7 +162,7 @@ fn the_named_cause_is_that_of_one_of_the_best_models() {
     let named_of = |in_set: [bool; 2]| {
         let set = ConfidenceSet { horizons: &[0, 1], models: in_set.to_vec(), reference: false, laws: Vec::new() };
         let table = Table { rows: rows.to_vec(), sets: vec![set], found: [3.0, 0.1] };
-        named(&models, &table, &Policy::DEFAULT, &[], (1, 1)).map(|named| names(&named.causes))
+        named(&models, &table, &Policy::DEFAULT, Sought::Name(&[]), (1, 1)).map(|named| names(&named.causes))
     };
     assert_eq!(named_of([true, true]), Some(vec!["sensor_lowpass".to_owned()]));
     assert_eq!(named_of([false, true]), Some(vec!["actuation_lag".to_owned()]));
