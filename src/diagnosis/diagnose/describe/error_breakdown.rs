@@ -1,4 +1,4 @@
-//! Breakdown of the error of a free simulation by what the car is doing.
+//! Breakdown of the error of a free simulation by driving regime.
 
 use super::covariates::Covariates;
 use std::collections::BTreeMap;
@@ -10,7 +10,7 @@ const HARD: f64 = 0.3;
 /// Smallest speed difference that counts as opening or closing in \[m/s\].
 const CHANGING: f64 = 0.5;
 
-/// What the car is doing: the first that applies, in the order of the report.
+/// The driving regime: the first that applies, in the order of the report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, strum::IntoStaticStr)]
 #[strum(const_into_str, serialize_all = "snake_case")]
 pub enum Regime {
@@ -74,7 +74,7 @@ pub struct Budget {
     pub rms: [f64; 3],
     /// Mean error of s \[m\], v \[m/s\], a \[m/s²\].
     pub bias: [f64; 3],
-    /// By what the car is doing, in the order of [`Regime`]; the shares add up to one.
+    /// The regimes, in the order of [`Regime`]; the shares add up to one.
     pub regime: Vec<Share>,
 }
 
