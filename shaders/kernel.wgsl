@@ -1,6 +1,6 @@
 // The time loop: one invocation, one candidate. `src/models/lanes/run/time_loop.rs` does the same, operation for operation, on the CPU; the
 // tests compare every bit. Generated in front of this file (src/models/gpu/kernel.rs), one set per pipeline: the constants DELAY,
-// GRADE, MFC, REJECT, COMPENSATED, OBSERVER, EXTENDED, WORLD, LOOKS_BACK, RING_IN_STATES, WINDOW, PAST_IN_WINDOW (bool),
+// GRADE, MFC, REJECT, COMPENSATED, OBSERVER, LEAVES, EXTENDED, WORLD, LOOKS_BACK, RING_IN_STATES, WINDOW, PAST_IN_WINDOW (bool),
 // ACCUMULATION (src/models/score.rs; ALL: everything the measures need, for `evaluate`), RING (a power of two), WORKGROUP,
 // WINDOW_LENGTH, PARAMETERS, MOTION_WORDS and MEMORY_WORDS (u32); the functions `load_params`, `params_are_finite`,
 // `load_motion`, `save_motion`, `load_memory`, `save_memory`, `initial_memory`, `corrected` (the missing acceleration), `set_zeros` and `stepped`, which is `step` with or without extensions.
@@ -76,6 +76,8 @@ struct Chunk {
 @group(0) @binding(4) var<storage, read> candidates: array<u32>;
 @group(0) @binding(5) var<storage, read_write> states: array<u32>;
 @group(0) @binding(6) var<storage, read_write> results: array<u32>;
+// With OBSERVER, two sums of each block of samples; with LEAVES, the three errors that the score squares at each sample of this chunk;
+// before a run starts, zeros.
 @group(0) @binding(7) var<storage, read_write> blocks: array<f32>;
 @group(0) @binding(8) var<uniform> chunk: Chunk;
 @group(0) @binding(9) var<uniform> window: array<vec4<f32>, WINDOW_LENGTH>;
@@ -116,26 +118,6 @@ fn past_sample(at: u32) -> vec4<f32> {
     return samples[at];
 }
 
-// Sums of one signal triple, with the part that f32 rounding loses.
-struct Triple {
-    high: vec3<f32>,
-    low: vec3<f32>,
-}
-
-fn opaque3(x: vec3<f32>) -> vec3<f32> {
-    return bitcast<vec3<f32>>(bitcast<vec3<u32>>(x) ^ vec3<u32>(opaque_zero));
-}
-
-fn add(sum: Triple, term: vec3<f32>) -> Triple {
-    if (!COMPENSATED) {
-        return Triple(sum.high + term, sum.low);
-    }
-    let high = opaque3(sum.high + term);
-    let term_seen = opaque3(high - sum.high);
-    let sum_seen = opaque3(high - term_seen);
-    return Triple(high, sum.low + ((sum.high - sum_seen) + (term - term_seen)));
-}
-
 fn total(sum: Triple) -> vec3<f32> {
     if (!COMPENSATED) {
         return sum.high;
@@ -173,6 +155,13 @@ fn saved(word: u32, i: u32) -> f32 {
 
 fn save(word: u32, i: u32, x: f32) {
     states[word * chunk.stride + i] = bitcast<u32>(x);
+}
+
+fn leave(t: u32, i: u32, errors: vec3<f32>) {
+    let at = 3u * (t - chunk.from_sample) * chunk.stride + i;
+    blocks[at] = errors.x;
+    blocks[at + chunk.stride] = errors.y;
+    blocks[at + 2u * chunk.stride] = errors.z;
 }
 
 fn saved3(word: u32, i: u32) -> vec3<f32> {
@@ -393,14 +382,15 @@ fn main(@builtin(global_invocation_id) id: vec3<u32>, @builtin(num_workgroups) g
 
         let simulated = vec3<f32>(now.s, now.v_f, now.a_f);
         let error = simulated - measured;
+        var weighted = error;
         if (ACCUMULATION == RELATIVE) {
-            let relative = error * sample(at + 2u).xyz;
-            error2 = add(error2, relative * relative);
+            weighted = error * sample(at + 2u).xyz;
         } else if (ACCUMULATION == FLOORED) {
-            let floored = vec3<f32>(error.x, now.v_f - sample(at + 1u).z, error.z);
-            error2 = add(error2, floored * floored);
-        } else {
-            error2 = add(error2, error * error);
+            weighted.y = now.v_f - sample(at + 1u).z;
+        }
+        error2 = add(error2, weighted * weighted);
+        if (LEAVES) {
+            leave(t, i, weighted);
         }
         if (HAS_SIMULATED) {
             simulated2 = add(simulated2, simulated * simulated);

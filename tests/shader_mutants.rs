@@ -33,9 +33,15 @@ use text::{Mutant, mutants};
 const SURVIVORS: &str = include_str!("shader_mutants/survivors.tsv");
 const REMEDY: &str = "add a step that shows them";
 
-/// Files that are judged on the GPU by whole runs: the time loop, which only a GPU runs, a function that `lanes` knows by name, and the
-/// step under an observer.
-const ON_GPU: [&str; 3] = ["shaders/kernel.wgsl", "shaders/opaque.wgsl", "shaders/step_extended.wgsl"];
+/// Files that are judged on the GPU by whole runs: the time loop and the sums, which only a GPU runs, a function that `lanes` knows by name,
+/// and the step under an observer.
+const ON_GPU: [&str; 5] = [
+    "shaders/kernel.wgsl",
+    "shaders/opaque.wgsl",
+    "shaders/products.wgsl",
+    "shaders/step_extended.wgsl",
+    "shaders/sums.wgsl",
+];
 
 /// Files that declare and compute nothing: nothing in them can be changed.
 const DECLARATIONS: [&str; 3] = ["shaders/world.wgsl", "shaders/unextended.wgsl", "shaders/between.wgsl"];

@@ -337,9 +337,9 @@ class Evaluator:
         """JᵀJ, Jᵀr and rᵀr of the residuals r of :meth:`residuals` and their derivatives J: shape (n, p) to (n, p, p), (n, p) and (n,).
 
         A Gauss-Newton step d solves JᵀJ d = -Jᵀr. JᵀJ is per unit of two parameters, Jᵀr per unit of one; rᵀr is the score, and
-        2 Jᵀr its gradient. They come from finite differences in f64, with p + 1 simulations per candidate and drive. Where the score of a candidate
-        or of a neighbour is infinite, rᵀr is infinite and the rest is NaN. Where the convention rounds delays to whole samples, derivatives with
-        respect to a delay are meaningless: fix it.
+        2 Jᵀr its gradient. They come from finite differences, with p + 1 simulations per candidate and drive: on a GPU in f32, if the evaluator
+        is on one (:attr:`device`), otherwise in f64. Where the score of a candidate is infinite, or the run of a neighbour fails, rᵀr is infinite
+        and the rest is NaN. Where the convention rounds delays to whole samples, derivatives with respect to a delay are meaningless: fix it.
 
         Raises :class:`leadlag.UsageError` as :meth:`residuals`.
         """

@@ -111,6 +111,17 @@ def test_residuals_and_normal_equations_belong_to_the_scores(drive: ll.Drive) ->
         evaluator.normal_equations(middle[1:])
 
 
+@pytest.mark.skipif("LEADLAG_NO_GPU" in os.environ, reason="LEADLAG_NO_GPU is set")
+def test_normal_equations_of_a_gpu(drive: ll.Drive) -> None:
+    gpu, exact = ll.Evaluator(drive, "idm", evaluator="gpu"), ll.Evaluator(drive, "idm")
+    middle = (gpu.lower + gpu.upper) / 2
+    (found, slope, score), expected = gpu.normal_equations(middle), exact.normal_equations(middle)
+    sizes = np.sqrt(np.diag(expected[0][0]))
+    assert np.abs((found[0] - expected[0][0]) / np.outer(sizes, sizes)).max() < 0.03
+    assert np.abs((slope[0] - expected[1][0]) / sizes).max() < 0.01 * np.sqrt(score[0])
+    assert score == pytest.approx(expected[2], rel=1e-4)
+
+
 def test_tables_of_simulations(fit: ll.Fit, drive: ll.Drive) -> None:
     pytest.importorskip("pandas")
     frame = fit.simulate(drive).to_pandas()

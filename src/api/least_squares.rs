@@ -3,12 +3,19 @@
 use super::error::{Error, refuse};
 use super::population::Evaluator;
 use crate::calibrate::DIFFERENCE;
-use crate::evaluator::{Evaluator as _, Job, Population, Pull, Score};
-use crate::lanes::{Differences, Lanes, LanesPrecision};
+use crate::evaluator::{Differences, Evaluator as _, Job, Population, Pull, Score};
+use crate::lanes::{Lanes, LanesPrecision};
 use crate::score::Accumulation;
 
 /// Candidates that are simulated together: they fill blocks of lanes, and their results stay below 100 MB.
 const PART: usize = 128;
+
+/// The same for a GPU: with their neighbours they occupy a large one.
+const PART_ON_A_DEVICE: usize = 8192;
+
+/// Differences of a run in f32, as shares of the ranges: with three times as much, derivatives are three times as wrong because residuals
+/// are not straight; with less, rounding hides the effect of parameters that matter little.
+const DIFFERENCE_IN_F32: f64 = 1e-3;
 
 /// The normal equations of one candidate, for the residuals r of [`Evaluator::residuals`] and their derivatives J with respect to the p
 /// parameters: a Gauss-Newton step d solves JᵀJ d = -Jᵀr.
@@ -41,16 +48,19 @@ impl Evaluator {
         Ok(found)
     }
 
-    /// The normal equations of the same residuals, one per candidate, from finite differences in f64: p + 1 simulations on each drive. Where
-    /// the score of a candidate is infinite, or that of a neighbour, `rtr` is infinite and the other numbers are NaN. With a convention that
-    /// rounds delays to whole samples the derivatives with respect to a delay are meaningless: fix it.
+    /// The normal equations of the same residuals, one per candidate, from finite differences: p + 1 simulations on each drive. An evaluator
+    /// on a GPU computes them there, in f32 with compensated sums and larger differences; the others compute them in f64. Where the
+    /// score of a candidate is infinite, or the run of a neighbour fails, `rtr` is infinite and the other numbers are NaN. With a
+    /// convention that rounds delays to whole samples the derivatives with respect to a delay are meaningless: fix it.
     ///
     /// # Errors
     /// As [`Evaluator::residuals`].
-    pub fn normal_equations(&self, candidates: &[f64]) -> Result<Vec<NormalEquations>, Error> {
+    pub fn normal_equations(&mut self, candidates: &[f64]) -> Result<Vec<NormalEquations>, Error> {
+        self.check_norms()?;
+        let is_on_device = self.inner.adapter().is_some();
         let mut found = Vec::new();
-        for part in self.whole(candidates)?.chunks(PART) {
-            found.extend(self.normal_equations_of(part)?);
+        for part in self.whole(candidates)?.chunks(if is_on_device { PART_ON_A_DEVICE } else { PART }) {
+            found.extend(self.normal_equations_of(part, is_on_device)?);
         }
         Ok(found)
     }
@@ -74,32 +84,47 @@ impl Evaluator {
         Ok(all)
     }
 
-    fn normal_equations_of(&self, candidates: &[Vec<f64>]) -> anyhow::Result<Vec<NormalEquations>> {
-        let (lanes, space, p) = (self.exact()?, &self.prepared.space, self.free.len());
-        let cases = lanes.cases().len();
-        let feasible = self.feasible(lanes, candidates)?;
+    fn normal_equations_of(
+        &mut self,
+        candidates: &[Vec<f64>],
+        on_device: bool,
+    ) -> anyhow::Result<Vec<NormalEquations>> {
+        let feasible =
+            if on_device { self.feasible_on_device(candidates)? } else { self.feasible(self.exact()?, candidates)? };
+        let (space, p) = (&self.prepared.space, self.free.len());
         let (mut rows, mut differences) = (Vec::new(), Vec::new());
         for i in &feasible {
-            let step = |free: &usize| {
+            let moved = |free: &usize| {
                 let [lower, upper] = space.bounds[*free];
-                let step = DIFFERENCE * (upper - lower);
-                if candidates[*i][*free] + step > upper { -step } else { step }
+                let step = (upper - lower) * if on_device { DIFFERENCE_IN_F32 } else { DIFFERENCE };
+                let from = candidates[*i][*free];
+                let to = if from + step > upper { from - step } else { from + step };
+                // What a device sees of it.
+                let step = if on_device { f64::from(to as f32) - f64::from(from as f32) } else { to - from };
+                (to, step)
             };
-            differences.push(Differences { first: rows.len(), steps: self.free.iter().map(step).collect() });
+            let (values, steps): (Vec<f64>, Vec<f64>) = self.free.iter().map(moved).unzip();
+            differences.push(Differences { first: rows.len(), steps });
             rows.push(candidates[*i].clone());
-            for free in &self.free {
-                let mut moved = candidates[*i].clone();
-                moved[*free] += step(free);
-                rows.push(moved);
+            for (free, value) in self.free.iter().zip(values) {
+                let mut neighbour = candidates[*i].clone();
+                neighbour[*free] = value;
+                rows.push(neighbour);
             }
         }
         let population = self.population(rows.iter());
         let none = NormalEquations { jtj: vec![f64::NAN; p * p], jtr: vec![f64::NAN; p], rtr: f64::INFINITY };
         let zero = NormalEquations { jtj: vec![0.0; p * p], jtr: vec![0.0; p], rtr: 0.0 };
         let mut sums = vec![zero; feasible.len()];
+        let cases = self.drives();
         let share = 1.0 / cases as f64;
         for case in 0..cases {
-            let slopes = lanes.slopes(&Job { case, population: &population }, &differences, Pull::NONE)?;
+            let job = Job { case, population: &population };
+            let on_device = if on_device { self.inner.slopes(&job, &differences)? } else { None };
+            let slopes = match on_device {
+                Some(slopes) => slopes,
+                None => self.exact()?.slopes(&job, &differences, Pull::NONE)?,
+            };
             for (sum, slopes) in sums.iter_mut().zip(&slopes) {
                 sum.rtr += share * slopes.cost;
                 for a in 0..p {
@@ -120,7 +145,15 @@ impl Evaluator {
         Ok(all)
     }
 
-    /// The places of the candidates with a finite score on every drive.
+    /// The places of the candidates with a finite score on every drive, by the evaluator.
+    fn feasible_on_device(&mut self, candidates: &[Vec<f64>]) -> anyhow::Result<Vec<usize>> {
+        let free = |candidate: &Vec<f64>| self.free.iter().map(|i| candidate[*i]).collect::<Vec<f64>>();
+        let values: Vec<f64> = candidates.iter().flat_map(free).collect();
+        let scores = self.scores(&values)?;
+        Ok((0..candidates.len()).filter(|i| scores[*i].is_finite()).collect())
+    }
+
+    /// The same in f64.
     fn feasible(&self, lanes: &Lanes, candidates: &[Vec<f64>]) -> anyhow::Result<Vec<usize>> {
         let mut feasible: Vec<usize> = (0..candidates.len()).filter(|i| self.is_possible(&candidates[*i])).collect();
         for case in 0..lanes.cases().len() {
@@ -139,14 +172,21 @@ impl Evaluator {
         population
     }
 
-    /// The evaluator in f64.
-    fn exact(&self) -> anyhow::Result<&Lanes> {
-        let (cases, gof) = (self.prepared.reference.cases(), self.prepared.reference.gof());
+    /// Refuses a measure that is not a sum of norms.
+    fn check_norms(&self) -> anyhow::Result<()> {
+        let gof = self.prepared.reference.gof();
         if gof.accumulation() == Accumulation::Theil {
             refuse!(
                 "gof {gof} has no residuals whose squares add up to it; expected a measure other than u; with {gof} use scores"
             );
         }
+        Ok(())
+    }
+
+    /// The evaluator in f64.
+    fn exact(&self) -> anyhow::Result<&Lanes> {
+        self.check_norms()?;
+        let (cases, gof) = (self.prepared.reference.cases(), self.prepared.reference.gof());
         if let Some(lanes) = self.exact.get() {
             return Ok(lanes);
         }

@@ -20,7 +20,7 @@ use std::cell::OnceCell;
 /// # Ok::<(), leadlag::Error>(())
 /// ```
 pub struct Evaluator {
-    inner: Box<dyn Inner>,
+    pub(super) inner: Box<dyn Inner>,
     pub(super) prepared: Prepared,
     pub(super) free: Vec<usize>,
     /// The same cases in f64; made when derivatives are requested.

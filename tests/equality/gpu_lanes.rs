@@ -12,7 +12,7 @@ use crate::common::gpu::{job, scores, skipped, variant};
 use crate::common::tolerance;
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
-use leadlag::internal::evaluator::{Evaluator, Observed, Observer, Population, Raw, Score};
+use leadlag::internal::evaluator::{Differences, Evaluator, Observed, Observer, Population, Pull, Raw, Score, Slopes};
 use leadlag::internal::gpu::{AdapterChoice, Gpu};
 use leadlag::internal::lanes::{InstructionSet, Lanes, LanesPrecision};
 use leadlag::internal::score::GoodnessOfFit;
@@ -319,6 +319,80 @@ fn an_observer_gives_the_same_bits() {
     let differences: Vec<String> = variants.into_par_iter().flat_map_iter(compare).collect();
     let shown = &differences[..differences.len().min(20)];
     assert!(differences.is_empty(), "{} differences:\n{}", differences.len(), shown.join("\n"));
+}
+
+/// The candidates of a population, each followed by copies with one value moved by a thousandth of its range.
+fn groups(follower: &Follower, variant: Variant, convention: Convention, candidates: usize) -> Grouped {
+    let centres = follower.population(variant, convention, candidates, 11, 0.0);
+    let bounds = follower.space(variant, convention).bounds;
+    let mut population = Population::new(centres.symbols());
+    let mut differences = Vec::new();
+    for i in 0..centres.len() {
+        let centre = centres.values(i);
+        let steps: Vec<f64> = bounds.iter().map(|[lower, upper]| 1e-3 * (upper - lower)).collect();
+        let (first, held) = (population.len(), i % 2);
+        population.push(centre);
+        for (k, step) in steps.iter().enumerate().skip(held) {
+            let mut moved = centre.to_vec();
+            moved[k] += step;
+            population.push(&moved);
+        }
+        differences.push(Differences { first, steps: steps[held..].to_vec() });
+    }
+    (population, differences)
+}
+
+type Grouped = (Population, Vec<Differences>);
+
+/// A score with its derivatives, bit by bit.
+fn bits_of(slopes: &Slopes) -> Vec<u64> {
+    let numbers = [slopes.gradient.as_slice(), slopes.curvature.as_slice(), slopes.majorant.as_slice()].concat();
+    [slopes.cost].iter().chain(&numbers).map(|x| x.to_bits()).collect()
+}
+
+/// Sums of products, of groups of two sizes: of each kind of errors, with and without delays, in both precisions.
+#[test]
+fn derivatives_have_the_same_bits() {
+    let name = "derivatives_have_the_same_bits";
+    if skipped(name) {
+        return;
+    }
+    let Some(followers) = followers(name) else { return };
+    let followers: Vec<Follower> = followers.iter().map(|follower| follower.cut(600)).collect();
+    let compare = |variant: Variant| -> (usize, Vec<String>) {
+        let id = variant.id() as usize;
+        let (follower, convention) = (&followers[id * 5 % followers.len()], CONVENTIONS[id % 2]);
+        let (precision, on_lanes) = PRECISIONS[(id + id / 3) % 2];
+        let kind = ["nrmse-sva", "rmspe-sv", "rmse-sn-vn"][id / 2 % 3];
+        let (population, differences) = groups(follower, variant, convention, 6);
+        let mut gpu = gpu(follower, variant, convention, precision, kind);
+        let job = job(0, &population);
+        let a = gpu.slopes(&job, &differences).expect("a device").expect("a GPU has slopes");
+        let b = lanes(follower, variant, convention, on_lanes, kind);
+        let b = b.slopes(&job, &differences, Pull::NONE).expect("short delays");
+        let complete = |(a, b): &(&Slopes, &Slopes)| a.cost.is_finite() || b.cost.is_finite();
+        let pairs: Vec<_> = a.iter().zip(&b).filter(complete).collect();
+        let differs = |(a, b): &&(&Slopes, &Slopes)| {
+            let close = || {
+                (a.cost / b.cost - 1.0).abs() < 1e-3 && (&a.gradient - &b.gradient).norm() < 0.05 * b.gradient.norm()
+            };
+            if is_exact(&gpu) { bits_of(a) != bits_of(b) } else { !close() }
+        };
+        let what = |(a, b): &(&Slopes, &Slopes)| {
+            format!("{variant}, {convention}, {precision:?}, {kind}: GPU {a:?}, lanes {b:?}")
+        };
+        (pairs.len(), pairs.iter().filter(differs).map(what).collect())
+    };
+    let variants: Vec<Variant> = Variant::all().collect();
+    let (compared, differences): (Vec<usize>, Vec<Vec<String>>) = variants.into_par_iter().map(compare).unzip();
+    let (compared, differences) = (compared.iter().sum::<usize>(), differences.concat());
+    assert!(compared > 200, "only {compared} candidates run to the end");
+    assert!(
+        differences.is_empty(),
+        "{} of {compared} differ:\n{}",
+        differences.len(),
+        differences[..differences.len().min(5)].join("\n")
+    );
 }
 
 #[test]

@@ -3,5 +3,6 @@
 #[path = "../common/mod.rs"]
 mod common;
 
+mod derivatives;
 mod evaluator;
 mod work;

@@ -7,8 +7,10 @@ use leadlag::internal::calibrate::{
 };
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::Convention;
-use leadlag::internal::evaluator::{Case, Failure, FailureKind, Job, Population, Pull, Residuals, Score, Soft};
-use leadlag::internal::lanes::{Bins, Differences, Lanes, LanesPrecision};
+use leadlag::internal::evaluator::{
+    Case, Differences, Failure, FailureKind, Job, Population, Pull, Residuals, Score, Soft,
+};
+use leadlag::internal::lanes::{Bins, Lanes, LanesPrecision};
 use leadlag::internal::trajectory::{Preparation, Trajectory, import, prepare};
 use leadlag::internal::vehicle::Vehicle;
 use std::ops::ControlFlow;

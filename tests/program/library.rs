@@ -106,7 +106,8 @@ fn residuals_and_normal_equations() {
             }
         }
     }
-    let theil = calibration_of("idm").minimise("u-sva").expect("a measure").evaluate_on(&drives).expect("it can be");
+    let mut theil =
+        calibration_of("idm").minimise("u-sva").expect("a measure").evaluate_on(&drives).expect("it can be");
     let error = theil.residuals(&theil.lower()).expect_err("no norm of residuals");
     assert!(error.is_usage() && error.to_string().starts_with("gof u-sva has no residuals"), "{error}");
     assert!(theil.normal_equations(&theil.lower()).is_err());

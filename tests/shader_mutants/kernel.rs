@@ -6,7 +6,7 @@ use super::text::Mutant;
 use crate::common::gpu::{case, job, population, vehicle};
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::{BoundRule, Convention};
-use leadlag::internal::evaluator::{BufferSet, Case, Evaluator, Job, Observer, Population, Score};
+use leadlag::internal::evaluator::{BufferSet, Case, Differences, Evaluator, Job, Observer, Population, Score, Slopes};
 use leadlag::internal::gpu::{AdapterChoice, Gpu, Limits};
 use leadlag::internal::symbols::Symbol;
 use leadlag::internal::trajectory::integrate;
@@ -35,6 +35,8 @@ enum What {
     Scores,
     /// Runs corrected towards the measurement.
     Observed,
+    /// Scores with derivatives.
+    Slopes,
 }
 
 /// An extension that reads every value and keeps all of them in its state.
@@ -69,10 +71,13 @@ fn everything_command(state: State, w: World, x: Perceived, a_cmd: f32) -> Done 
 
 /// Variant (with two plus signs behind it: with the extension above), precision, request, goodness of fit, longest delay \[s\], clipping or rejecting: so that everything in the
 /// kernel decides somewhere. Kernels that a driver compiles quickly come first, because the first scene that detects a mutant is the last.
-const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 11] = [
+const SCENES: [(&str, Precision, What, &str, f64, BoundRule); 14] = [
     ("idm+linear+constant", Precision::Plain, What::Scores, "nrmse-sva", 0.8, BoundRule::Reject),
     ("l-cth", Precision::Plain, What::Scores, "rmspe-sva", 0.8, BoundRule::Clip),
     ("l-cth", Precision::Plain, What::Scores, "rmse-sn-vn", 0.8, BoundRule::Clip),
+    ("l-cth", Precision::Plain, What::Slopes, "nrmse-sva", 0.8, BoundRule::Clip),
+    ("l-cth+delay", Precision::Plain, What::Slopes, "rmspe-sva", 2.0, BoundRule::Clip),
+    ("l-cth", Precision::Compensated, What::Slopes, "rmse-sn-vn", 0.8, BoundRule::Clip),
     ("idm", Precision::Plain, What::Observed, "nrmse-sva", 0.8, BoundRule::Clip),
     ("idm+delay", Precision::Plain, What::Observed, "nrmse-sva", 0.8, BoundRule::Clip),
     // A ring that does not fit into the memory of an invocation.
@@ -212,6 +217,12 @@ fn population_of(variant: Variant, convention: Convention, seed: u64) -> Populat
     all
 }
 
+/// The numbers of a failed run may be any.
+fn finite(mut all: Vec<Slopes>) -> String {
+    all.retain(|slopes| slopes.cost.is_finite());
+    format!("{all:?}")
+}
+
 impl Scene {
     fn new(row: (&str, Precision, What, &str, f64, BoundRule)) -> Scene {
         let (variant, precision, what, gof, tau_p_upper, bounds) = row;
@@ -257,6 +268,13 @@ impl Scene {
                     let observed = |job: &Job| gpu.observed(job, &vec![observer; job.population.len()], 8);
                     let observed: Result<Vec<_>, _> = jobs.iter().map(observed).collect();
                     observed.map(|observed| format!("{observed:?}"))
+                }
+                What::Slopes => {
+                    // Of three sizes; some have candidates in common, and several do not fit into one row of workgroups.
+                    let group = |k: usize| Differences { first: 5 * k, steps: vec![1e-3; 2 + 3 * (k % 3)] };
+                    let groups: Vec<Differences> = (0..25).map(group).collect();
+                    let slopes: Result<Vec<_>, _> = jobs.iter().map(|job| gpu.slopes(job, &groups)).collect();
+                    slopes.map(|slopes| finite(slopes.into_iter().flatten().flatten().collect()))
                 }
             }
             .map_err(|e| e.to_string())?;

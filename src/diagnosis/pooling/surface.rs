@@ -2,8 +2,8 @@
 
 use crate::calibrate::{DIFFERENCE, SearchSpace, descent};
 use crate::diagnose::likelihood::space::Axis;
-use crate::evaluator::{EvaluateError, Evaluator, Job, Population, Pull, Score, Share, Slopes};
-use crate::lanes::{Differences, Lanes};
+use crate::evaluator::{Differences, EvaluateError, Evaluator, Job, Population, Pull, Score, Share, Slopes};
+use crate::lanes::Lanes;
 use rayon::prelude::*;
 
 /// The score of these drives; a driver's own parameters are displaced from the common ones. A drive that fails makes it infinite.

@@ -2,9 +2,8 @@
 
 use super::Horizon;
 use crate::diagnose::Drive;
-use crate::evaluator::Slopes;
+use crate::evaluator::{Products, Slopes};
 use crate::judge::mean;
-use crate::lanes::Products;
 use nalgebra::{DMatrix, DVector};
 
 /// Signals of a loss: spacing, speed, acceleration.

@@ -5,8 +5,8 @@ use super::loss::{Counts, Losses, SHORTFALL, Scale, Sizes, of_squares, slopes};
 use crate::calibrate::descent;
 use crate::diagnose::DiagnoseError;
 use crate::diagnose::likelihood::model::Model;
-use crate::evaluator::{Pull, Slopes, Soft};
-use crate::lanes::{Bins, Differences, Products};
+use crate::evaluator::{Differences, Products, Pull, Slopes, Soft};
+use crate::lanes::Bins;
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 

@@ -1,7 +1,7 @@
 //! An evaluator that another one replaces when it fails, without losing the generation under way.
 
 use super::splitting::OwnJobs;
-use super::{BufferSet, Case, EvaluateError, Evaluator, Job, Outcome, Score, Timings};
+use super::{BufferSet, Case, Differences, EvaluateError, Evaluator, Job, Outcome, Score, Slopes, Timings};
 
 /// Makes the second evaluator once the first has failed, and may report why.
 pub type Replace = Box<dyn FnMut(&EvaluateError, Vec<Case>) -> Result<Box<dyn Evaluator>, EvaluateError> + Send>;
@@ -68,6 +68,16 @@ impl Evaluator for Fallback {
         }
         self.under_way[set as usize] = false;
         Ok(())
+    }
+
+    fn slopes(&mut self, job: &Job<'_>, differences: &[Differences]) -> Result<Option<Vec<Slopes>>, EvaluateError> {
+        match self.current.slopes(job, differences) {
+            Err(error) => {
+                self.recover(error)?;
+                self.current.slopes(job, differences)
+            }
+            found => found,
+        }
     }
 
     fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {

@@ -5,6 +5,7 @@ mod case;
 mod course;
 mod fallback;
 mod observer;
+pub(crate) mod products;
 mod raw;
 mod splitting;
 mod steps;
@@ -16,6 +17,7 @@ pub use course::smoothed_acceleration;
 pub use course::{Course, CourseError, LEADER_SMOOTHING, Pace, WorldSignals};
 pub use fallback::Fallback;
 pub use observer::{Innovations, Observed, Observer, Pull, Residuals, Slopes, Soft, Windows};
+pub use products::{Differences, Products, SIGNALS};
 pub use raw::{Raw, status};
 pub use splitting::Splitting;
 pub use table::{Cell, Line, Table};
@@ -398,6 +400,14 @@ pub trait Evaluator: Send {
     /// candidates. Fails unless there is one score per candidate, or when the
     /// evaluator cannot run.
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError>;
+    /// Scores of free runs with their derivatives, by finite differences, in the order of `differences`; a score is infinite where a run of
+    /// the group fails. `None` if the evaluator has no device to compute them on. Fails when the evaluator cannot run.
+    ///
+    /// # Panics
+    /// If differences name missing candidates.
+    fn slopes(&mut self, _: &Job<'_>, _: &[Differences]) -> Result<Option<Vec<Slopes>>, EvaluateError> {
+        Ok(None)
+    }
     /// Results of the candidates, in the order of the jobs. Fails when the evaluator cannot run.
     fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError>;
 

@@ -1,6 +1,6 @@
 //! An evaluator that gets less work at a time after its device has run out of memory.
 
-use super::{BufferSet, EvaluateError, Evaluator, Job, Outcome, Population, Score, Timings};
+use super::{BufferSet, Differences, EvaluateError, Evaluator, Job, Outcome, Population, Score, Slopes, Timings};
 
 /// Gives an evaluator whatever fits at once, and the rest afterwards. No score depends on the candidates simulated together.
 pub struct Splitting {
@@ -123,6 +123,17 @@ impl Evaluator for Splitting {
             inner.submit(set, piece)?;
             inner.collect(set, &mut scores[from..from + Job::candidates(piece)])
         })
+    }
+
+    fn slopes(&mut self, job: &Job<'_>, differences: &[Differences]) -> Result<Option<Vec<Slopes>>, EvaluateError> {
+        match self.inner.slopes(job, differences) {
+            Err(EvaluateError::Memory { .. }) if differences.len() > 1 => {
+                let (some, others) = differences.split_at(differences.len() / 2);
+                let both = (self.slopes(job, some)?, self.slopes(job, others)?);
+                Ok(both.0.zip(both.1).map(|(some, others)| [some, others].concat()))
+            }
+            found => found,
+        }
     }
 
     fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {

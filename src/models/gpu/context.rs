@@ -7,6 +7,7 @@ use super::part_buffers::PartBuffers;
 use super::plan::Work;
 use super::rate::Rate;
 use super::results::Results;
+use super::summing::Summing;
 use super::tables::Tables;
 use crate::evaluator::{Course, Timings};
 use crate::score::GoodnessOfFit;
@@ -41,6 +42,8 @@ pub(super) struct Context {
     layout: wgpu::BindGroupLayout,
     pipeline_layout: wgpu::PipelineLayout,
     pipelines: HashMap<Kernel, wgpu::ComputePipeline>,
+    /// Of products; made at its first use.
+    summing: Option<Summing>,
     /// Buffers of each part, for each buffer set.
     buffers: [Vec<PartBuffers>; 3],
     flights: [Flight; 3],
@@ -75,6 +78,7 @@ impl Context {
             layout,
             pipeline_layout,
             pipelines: HashMap::new(),
+            summing: None,
             buffers: Default::default(),
             flights: Default::default(),
             rate: Rate::UNKNOWN,
@@ -93,6 +97,7 @@ impl Context {
     pub(super) fn replace(&mut self, replaced: Replaced) {
         self.replaced = replaced;
         self.pipelines.clear();
+        self.summing = None;
     }
 
     /// Uploads the candidates and submits the first chunks.
@@ -116,8 +121,19 @@ impl Context {
         })?;
         self.transfer += began.elapsed();
         self.warm(set, work)?;
+        self.prepare_groups(set, work)?;
         while self.flights[set].submitted.len() < IN_FLIGHT && self.submit_chunk(set, work) {}
         self.device.check("submitting work")
+    }
+
+    /// The sums of products of the groups under way.
+    fn prepare_groups(&mut self, set: usize, work: &Work) -> Result<(), Fault> {
+        let Some(groups) = work.leaves.groups() else { return Ok(()) };
+        let Context { device, summing, replaced, buffers, .. } = self;
+        device.making("preparing the sums of products", || {
+            let summing = summing.get_or_insert_with(|| Summing::new(device, replaced));
+            summing.prepare(device, buffers[set][0].left(), groups);
+        })
     }
 
     /// The kernel in the form for this device, which may have replaced another one. On hardware it depends on the evaluator alone: two
@@ -155,7 +171,7 @@ impl Context {
                 cache: None,
             })
         })?;
-        buffers.write_chunk(&self.device, [0, 0, 0, 1], work.block, 0);
+        buffers.write_chunk(&self.device, [0, 0, 0, 1], work.leaves.block(), 0);
         let mut encoder = device.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         buffers.dispatch(&mut encoder, &pipeline, [1, 1]);
         let submission = self.device.queue.submit([encoder.finish()]);
@@ -175,7 +191,7 @@ impl Context {
         let chunk = chunk.clamp(1, kernel.longest_chunk());
         let (from, to) = (flight.sample, (flight.sample + chunk).min(part.samples));
         let [begin, length] = kernel.window(part.begin.unwrap_or(0), [from, to]);
-        buffers.write_chunk(&self.device, [from, to, part.count, part.count], work.block, begin);
+        buffers.write_chunk(&self.device, [from, to, part.count, part.count], work.leaves.block(), begin);
         let mut encoder = self.device.raw.create_command_encoder(&wgpu::CommandEncoderDescriptor::default());
         if from == 0 {
             buffers.clear(&mut encoder, part, work);
@@ -186,8 +202,15 @@ impl Context {
         let groups = part.count.div_ceil(kernel.workgroup);
         let x = groups.min(self.device.limits.workgroups);
         buffers.dispatch(&mut encoder, &self.pipelines[&kernel], [x, groups.div_ceil(x)]);
+        let groups = work.leaves.groups().zip(self.summing.as_ref());
+        if let Some((groups, summing)) = groups {
+            summing.add(&self.device, &mut encoder, groups, [to - from, part.count], from == 0);
+        }
         if to == part.samples {
             buffers.read_back(&mut encoder, part, work);
+            if let Some((groups, summing)) = groups {
+                summing.read_back(&mut encoder, groups);
+            }
             (flight.part, flight.sample) = (flight.part + 1, 0);
         } else {
             flight.sample = to;
@@ -210,6 +233,9 @@ impl Context {
         let began = Instant::now();
         for (part, buffers) in work.plan.parts.iter().zip(&self.buffers[set]) {
             buffers.read(&self.device, part, work, self.flights[set].done.as_ref(), results)?;
+        }
+        if let Some((groups, summing)) = work.leaves.groups().zip(self.summing.as_ref()) {
+            summing.read(&self.device, groups, self.flights[set].done.as_ref(), &mut results.blocks)?;
         }
         self.transfer += began.elapsed();
         self.device.check("reading the results")

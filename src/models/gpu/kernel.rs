@@ -23,6 +23,10 @@ pub(super) const LARGEST_WORKGROUP: u32 = 64;
 /// (gfx-rs/wgpu#10027).
 const PRIVATE_RING: u32 = 64;
 
+/// Samples of which runs leave their errors: so few that those of a full GPU take less than 200 MB, and so many that a submission is not
+/// mostly overhead.
+pub(super) const STRETCH: u32 = 128;
+
 /// Entries of `samples` that fit into uniform memory, 64 KiB.
 pub(super) const WINDOW_LENGTH: u32 = 4096;
 
@@ -63,6 +67,8 @@ pub(super) enum Windows {
 pub(super) struct Kernel {
     pub(super) recipe: Recipe,
     pub(super) sums: Sums,
+    /// True if runs leave their errors sample by sample.
+    pub(super) leaves: bool,
     pub(super) reject: bool,
     /// Number of past samples in memory; a power of two.
     pub(super) ring: u32,
@@ -120,7 +126,8 @@ impl Kernel {
 
     /// Largest number of samples in one submission.
     pub(super) fn longest_chunk(&self) -> u32 {
-        if self.has_window() { WINDOW_LENGTH / self.sample_words() - self.before() } else { u32::MAX }
+        let fits = if self.has_window() { WINDOW_LENGTH / self.sample_words() - self.before() } else { u32::MAX };
+        if self.leaves { fits.min(STRETCH) } else { fits }
     }
 
     /// First entry and number of entries that a chunk reads, for a trajectory that begins at this entry.
@@ -169,8 +176,9 @@ impl Kernel {
     pub(super) fn source(&self, replaced: &Replaced) -> Source {
         let mut source = Source::model_with(&self.recipe, &|file, _| replaced.get(file).cloned());
         source.push("generated: constants and load functions", &self.prelude().expect("a String takes all"));
-        let (file, text) = shader("shaders/kernel.wgsl");
-        source.push(file, replaced.get(file).map_or(text, String::as_str));
+        for path in ["shaders/sums.wgsl", "shaders/kernel.wgsl"] {
+            push(&mut source, path, replaced);
+        }
         source
     }
 
@@ -235,6 +243,7 @@ impl Kernel {
             ("REJECT", self.reject),
             ("COMPENSATED", self.recipe.precision == Precision::Compensated),
             ("OBSERVER", self.recipe.observed),
+            ("LEAVES", self.leaves),
             ("EXTENDED", self.recipe.is_extended()),
             ("WORLD", !variant.extensions.is_empty()),
             ("LOOKS_BACK", self.looks_back()),
@@ -286,12 +295,29 @@ impl Kernel {
     }
 }
 
+fn push(source: &mut Source, path: &str, replaced: &Replaced) {
+    let (file, text) = shader(path);
+    source.push(file, replaced.get(file).map_or(text, String::as_str));
+}
+
+/// The text that adds up products of differences; it always keeps what rounding takes.
+pub(super) fn summing_source(workgroup: u32, replaced: &Replaced) -> Source {
+    let mut source = Source::single(
+        "generated: constants",
+        &format!("const COMPENSATED = true;\nconst WORKGROUP = {workgroup}u;\n"),
+    );
+    for path in ["shaders/opaque.wgsl", "shaders/sums.wgsl", "shaders/products.wgsl"] {
+        push(&mut source, path, replaced);
+    }
+    source
+}
+
 /// The text of a variant's kernel for scores on a GPU, for a ring of 16 samples and NRMSE, with samples in storage and workgroups of
 /// 64, checked.
 pub fn kernel_text(recipe: &Recipe) -> Result<String, ShaderError> {
     let sums = Sums::Score(Accumulation::Squared);
     let (windows, workgroup) = (Windows::Nothing, 64);
-    let kernel = Kernel { recipe: *recipe, sums, reject: false, ring: 16, windows, workgroup };
+    let kernel = Kernel { recipe: *recipe, sums, leaves: false, reject: false, ring: 16, windows, workgroup };
     let source = kernel.source(&Replaced::new());
     check(&source).map(|_| source.text().to_owned())
 }

@@ -1,7 +1,8 @@
 //! The WGSL text itself on a GPU, by wgpu: one invocation simulates one candidate.
 //!
 //! `adapter` selects one, `device` opens it; `kernel` composes the text; `tables` uploads the cases; `plan` prepares jobs; `context` builds
-//! pipelines and runs chunks of time on the buffers of `slot`; `results` interprets the results; [`Gpu`] is the evaluator.
+//! pipelines and runs chunks of time on the buffers of `part_buffers`; `summing` adds up products of differences there; `results` interprets
+//! the results; [`Gpu`] is the evaluator.
 
 mod adapter;
 mod context;
@@ -13,6 +14,7 @@ mod plan;
 mod probe;
 mod rate;
 mod results;
+mod summing;
 mod tables;
 
 pub use crate::evaluator::AdapterChoice;
@@ -25,15 +27,17 @@ pub use probe::{Mode, Probe, ProbeStatus, modes, probes, values};
 
 use crate::convention::{self, BoundRule};
 use crate::evaluator::{
-    BufferSet, Case, Course, EvaluateError, Evaluator, Job, Observed, Observer, Outcome, Raw, Score, Timings,
+    BufferSet, Case, Course, Differences, EvaluateError, Evaluator, Job, Observed, Observer, Outcome, Population,
+    Products, Raw, SIGNALS, Score, Slopes, Timings,
 };
 use crate::score::GoodnessOfFit;
 use crate::wgsl::{Precision, Recipe, ShaderError, check};
 use context::Context;
 use device::Fault;
-use kernel::{Kernel, RAW_WORDS, SMALLEST_WORKGROUP, Sums, Windows};
-use plan::{Plan, Work, most_candidates};
+use kernel::{Kernel, RAW_WORDS, SMALLEST_WORKGROUP, Sums, Windows, summing_source};
+use plan::{Groups, Leaves, PAIR_WORDS, Plan, Work, most_candidates};
 use results::{Results, for_each_candidate, raw_of, score_of};
+use std::ops::Range;
 use std::time::Duration;
 
 /// The third buffer set, for outcomes and raw sums, so that both others may be in flight.
@@ -125,7 +129,7 @@ impl Gpu {
 
     /// Status, cuts and sums of one candidate after the other, in the order of the jobs. Fails when the device fails twice.
     pub fn raw(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Raw>, EvaluateError> {
-        self.start(OWN, jobs, Sums::All, None)?;
+        self.start(OWN, jobs, Sums::All, &[], Leaves::Nothing)?;
         let work = self.finish(OWN)?;
         let mut raw = vec![Raw::default(); work.plan.positions.len()];
         for_each_candidate(&work, RAW_WORDS, &self.results.words, |position, words| raw[position] = raw_of(words));
@@ -143,19 +147,85 @@ impl Gpu {
     ) -> Result<Vec<Observed>, EvaluateError> {
         assert_eq!(job.population.len(), observers.len(), "one observer per candidate");
         assert!(block > 0, "blocks of at least one sample");
-        self.start(OWN, &[*job], Sums::All, Some((observers, block)))?;
+        let count = self.courses[job.case].samples().div_ceil(block) as u32;
+        self.start(OWN, &[*job], Sums::All, observers, Leaves::Blocks { samples: block as u32, count })?;
         let work = self.finish(OWN)?;
         let empty = Observed { raw: Raw::default(), blocks: Vec::new() };
         let mut observed = vec![empty; work.plan.positions.len()];
         for_each_candidate(&work, RAW_WORDS, &self.results.words, |position, words| {
             observed[position].raw = raw_of(words);
         });
-        for_each_candidate(&work, 2 * work.blocks, &self.results.blocks, |position, words| {
+        for_each_candidate(&work, work.leaves.words(), &self.results.blocks, |position, words| {
             let words: Vec<f64> = words.map(|word| f64::from(f32::from_bits(word))).collect();
             observed[position].blocks = words.chunks_exact(2).map(|pair| [pair[0], pair[1]]).collect();
         });
         self.spare[OWN] = work.plan;
         Ok(observed)
+    }
+
+    /// As many of these groups, from the first on, as one part has room for.
+    fn fitting(&mut self, groups: &[Differences]) -> Result<usize, EvaluateError> {
+        self.twice(|gpu| gpu.opened().map(drop))?;
+        let limits = self.context.as_ref().expect("opened above").device.limits;
+        let kernel = self.kernel(Sums::Score(self.gof.accumulation()), false);
+        let most = most_candidates(&kernel, &Leaves::Errors(Groups::default()), &limits) as usize;
+        let (mut candidates, mut rows, mut fitting) = (0, 0, 0);
+        for group in groups {
+            candidates += group.group().len();
+            rows = rows.max(group.group().len());
+            let sums = 4 * (fitting + 1) as u64 * u64::from(PAIR_WORDS) * (rows * (rows + 1) / 2) as u64;
+            if candidates > most || sums > limits.binding.min(limits.buffer) {
+                break;
+            }
+            fitting += 1;
+        }
+        if fitting == 0 && !groups.is_empty() {
+            let message = format!("a candidate and its {} copies do not fit into one binding", rows - 1);
+            return Err(EvaluateError::Memory { adapter: self.adapter.clone(), message });
+        }
+        Ok(fitting)
+    }
+
+    /// The slopes of groups that fit into one part.
+    fn slopes_at_once(&mut self, job: &Job<'_>, differences: &[Differences]) -> Result<Vec<Slopes>, EvaluateError> {
+        let Job { case, population } = *job;
+        let mut own = Population::new(population.symbols());
+        let (mut of, mut places): (Vec<[u32; 2]>, Vec<Range<usize>>) = (Vec::new(), Vec::new());
+        for group in differences.iter().map(Differences::group) {
+            let first = own.len();
+            of.push([first as u32, group.len() as u32]);
+            group.for_each(|i| own.push(population.values(i)));
+            places.push(first..own.len());
+        }
+        let rows = of.iter().map(|[_, count]| *count).max().unwrap_or(0);
+        let sums = Sums::Score(self.gof.accumulation());
+        self.start(OWN, &[Job { case, population: &own }], sums, &[], Leaves::Errors(Groups { of, rows }))?;
+        let work = self.finish(OWN)?;
+        let scores: Vec<Score> = self.results.words.iter().map(|word| score_of(*word)).collect();
+        let word = |at: usize| f64::from(f32::from_bits(self.results.blocks[at]));
+        let (rows, pairs) = (rows as usize, (rows * (rows + 1) / 2) as usize);
+        let all = differences.len() * pairs;
+        let slopes = |(k, (group, place)): (usize, (&Differences, Range<usize>))| {
+            let mut matrices = vec![0.0; SIGNALS * rows * rows];
+            let upper = (0..rows).flat_map(|a| (a..rows).map(move |b| (a, b)));
+            for (pair, (a, b)) in upper.enumerate() {
+                for signal in 0..3 {
+                    let at = k * pairs + pair;
+                    matrices[(signal * rows + a) * rows + b] = word(signal * all + at) + word((signal + 3) * all + at);
+                }
+            }
+            let first = self.cases[case].pace(&own.parameters(place.start)).first;
+            let norm = self.courses[case].norm(&self.gof, first);
+            let weights = [0, 1, 2].map(|k| [norm.weight[k], norm.per_count[k]].map(|x| f64::from(x as f32)));
+            let mut slopes = Products::new(group, rows, matrices).slopes(weights, 0.0);
+            if scores[place].iter().any(|score| matches!(score, Score::Failed(_))) {
+                slopes.cost = f64::INFINITY;
+            }
+            slopes
+        };
+        let slopes = differences.iter().zip(places).enumerate().map(slopes).collect();
+        self.spare[OWN] = work.plan;
+        Ok(slopes)
     }
 
     /// True if the device has finished all submitted work; for tests.
@@ -186,6 +256,7 @@ impl Gpu {
     pub fn replace_shader(&mut self, file: &str, text: &str) -> Result<(), ShaderError> {
         let replaced = [(file.to_owned(), text.to_owned())].into();
         check(&self.kernel(Sums::All, true).source(&replaced))?;
+        check(&summing_source(SMALLEST_WORKGROUP, &replaced))?;
         if let Some(context) = &mut self.context {
             context.replace(replaced);
         }
@@ -213,6 +284,7 @@ impl Gpu {
                 observed: observer,
             },
             sums,
+            leaves: false,
             reject: convention.bounds == BoundRule::Reject,
             ring: ring as u32,
             windows: if is_together { Windows::Present } else { Windows::Nothing },
@@ -281,19 +353,18 @@ impl Gpu {
         set: usize,
         jobs: &[Job],
         sums: Sums,
-        observed: Option<(&[Observer], usize)>,
+        observers: &[Observer],
+        leaves: Leaves,
     ) -> Result<(), EvaluateError> {
         // Drops work whose results were not collected.
         let mut plan = self.work[set].take().map_or_else(|| std::mem::take(&mut self.spare[set]), |work| work.plan);
-        let kernel = self.kernel(sums, observed.is_some());
-        let (observers, block) = observed.unwrap_or((&[], 0));
-        let samples = jobs.iter().map(|job| self.courses[job.case].samples()).max().unwrap_or(0);
-        let blocks = if block > 0 { samples.div_ceil(block) as u32 } else { 0 };
+        let observed = matches!(leaves, Leaves::Blocks { .. });
+        let kernel = Kernel { leaves: leaves.groups().is_some(), ..self.kernel(sums, observed) };
         self.twice(|gpu| gpu.opened().map(drop))?;
         let context = self.context.as_ref().expect("opened above");
-        let most = most_candidates(&kernel, blocks, &context.device.limits);
+        let most = most_candidates(&kernel, &leaves, &context.device.limits);
         plan.make(jobs, observers, &self.cases, &self.courses, &context.tables, &kernel, most)?;
-        let work = Work { kernel, plan, block: block as u32, blocks };
+        let work = Work { kernel, plan, leaves };
         self.twice(|gpu| gpu.opened()?.start(set, &work))?;
         self.work[set] = Some(work);
         Ok(())
@@ -311,8 +382,7 @@ impl Gpu {
         Ok(self.work[set].take().unwrap_or_else(|| Work {
             kernel: self.kernel(Sums::All, false),
             plan: Plan::default(),
-            block: 0,
-            blocks: 0,
+            leaves: Leaves::Nothing,
         }))
     }
 }
@@ -347,7 +417,7 @@ impl Evaluator for Gpu {
     }
 
     fn submit(&mut self, set: BufferSet, jobs: &[Job<'_>]) -> Result<(), EvaluateError> {
-        self.start(set as usize, jobs, Sums::Score(self.gof.accumulation()), None)
+        self.start(set as usize, jobs, Sums::Score(self.gof.accumulation()), &[], Leaves::Nothing)
     }
 
     fn collect(&mut self, set: BufferSet, scores: &mut [Score]) -> Result<(), EvaluateError> {
@@ -363,6 +433,16 @@ impl Evaluator for Gpu {
         }
         self.spare[set] = work.plan;
         Ok(())
+    }
+
+    fn slopes(&mut self, job: &Job<'_>, differences: &[Differences]) -> Result<Option<Vec<Slopes>>, EvaluateError> {
+        let (mut all, mut rest) = (Vec::with_capacity(differences.len()), differences);
+        while !rest.is_empty() {
+            let (now, later) = rest.split_at(self.fitting(rest)?);
+            all.extend(self.slopes_at_once(job, now)?);
+            rest = later;
+        }
+        Ok(Some(all))
     }
 
     fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {

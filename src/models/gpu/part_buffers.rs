@@ -36,8 +36,10 @@ pub(super) struct PartBuffers {
 /// Bytes of each buffer.
 fn sizes(part: &Part, work: &Work) -> [u64; 6] {
     let bytes = |words: u32| 4 * u64::from(words) * u64::from(part.count);
-    let (results, blocks) = (bytes(work.kernel.result_words()), bytes(2 * work.blocks));
-    [bytes(work.kernel.candidate_words()), bytes(work.kernel.state_words()), results, blocks, results, blocks]
+    let (results, blocks) = (bytes(work.kernel.result_words()), bytes(work.leaves.words()));
+    // Errors of a stretch stay on the device.
+    let blocks_back = if work.leaves.groups().is_some() { 0 } else { blocks };
+    [bytes(work.kernel.candidate_words()), bytes(work.kernel.state_words()), results, blocks, results, blocks_back]
 }
 
 impl PartBuffers {
@@ -136,9 +138,9 @@ impl PartBuffers {
         encoder.copy_buffer_to_buffer(tables.samples(), bytes(begin), &self.window, 0, bytes(length));
     }
 
-    /// Zeroes the blocks: a run that fails stops writing them.
+    /// Zeroes what runs leave: they leave nothing before they start, or after they have failed.
     pub(super) fn clear(&self, encoder: &mut wgpu::CommandEncoder, part: &Part, work: &Work) {
-        if work.blocks > 0 {
+        if work.leaves.words() > 0 {
             encoder.clear_buffer(&self.buffers[BLOCKS], 0, Some(sizes(part, work)[BLOCKS]));
         }
     }
@@ -146,8 +148,8 @@ impl PartBuffers {
     pub(super) fn read_back(&self, encoder: &mut wgpu::CommandEncoder, part: &Part, work: &Work) {
         let sizes = sizes(part, work);
         for (from, to) in [(RESULTS, RESULTS_BACK), (BLOCKS, BLOCKS_BACK)] {
-            if sizes[from] > 0 {
-                encoder.copy_buffer_to_buffer(&self.buffers[from], 0, &self.buffers[to], 0, sizes[from]);
+            if sizes[to] > 0 {
+                encoder.copy_buffer_to_buffer(&self.buffers[from], 0, &self.buffers[to], 0, sizes[to]);
             }
         }
     }
@@ -163,18 +165,35 @@ impl PartBuffers {
     ) -> Result<(), Fault> {
         let sizes = sizes(part, work);
         for (k, to) in [(RESULTS_BACK, &mut results.words), (BLOCKS_BACK, &mut results.blocks)] {
-            if sizes[k] == 0 {
-                continue;
-            }
-            let slice = self.buffers[k].slice(0..sizes[k]);
-            // A later check reveals whether it worked.
-            slice.map_async(wgpu::MapMode::Read, |_| ());
-            device.wait(done.cloned())?;
-            let view = slice.get_mapped_range().map_err(|e| Fault::new("reading the results", e))?;
-            to.extend(view.chunks_exact(4).map(|word| u32::from_ne_bytes(word.try_into().expect("four bytes"))));
-            drop(view);
-            self.buffers[k].unmap();
+            read_words(device, &self.buffers[k], sizes[k], done, to)?;
         }
         Ok(())
     }
+
+    /// What the runs leave.
+    pub(super) fn left(&self) -> &wgpu::Buffer {
+        &self.buffers[BLOCKS]
+    }
+}
+
+/// Appends the first bytes of a buffer that a finished submission has copied to.
+pub(super) fn read_words(
+    device: &Device,
+    buffer: &wgpu::Buffer,
+    bytes: u64,
+    done: Option<&wgpu::SubmissionIndex>,
+    to: &mut Vec<u32>,
+) -> Result<(), Fault> {
+    if bytes == 0 {
+        return Ok(());
+    }
+    let slice = buffer.slice(0..bytes);
+    // A later check reveals whether it worked.
+    slice.map_async(wgpu::MapMode::Read, |_| ());
+    device.wait(done.cloned())?;
+    let view = slice.get_mapped_range().map_err(|e| Fault::new("reading the results", e))?;
+    to.extend(view.chunks_exact(4).map(|word| u32::from_ne_bytes(word.try_into().expect("four bytes"))));
+    drop(view);
+    buffer.unmap();
+    Ok(())
 }

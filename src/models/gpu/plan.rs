@@ -1,6 +1,6 @@
 //! Prepares jobs for a device: candidates by case, in parts that fit the limits.
 
-use super::kernel::{Kernel, OBSERVER_WORDS, SMALLEST_WORKGROUP};
+use super::kernel::{Kernel, OBSERVER_WORDS, SMALLEST_WORKGROUP, STRETCH};
 use super::tables::Tables;
 use crate::evaluator::{Case, Course, EvaluateError, Job, Observer, Pace, Population};
 use crate::symbols::{Parameters, Symbol};
@@ -12,10 +12,64 @@ use std::ops::Range;
 pub(super) struct Work {
     pub(super) kernel: Kernel,
     pub(super) plan: Plan,
-    /// With observers: samples in a block of sums; else 0.
-    pub(super) block: u32,
-    /// Blocks of the longest trajectory; 0 without an observer.
-    pub(super) blocks: u32,
+    pub(super) leaves: Leaves,
+}
+
+/// What runs leave beside their results, in `blocks` of shaders/kernel.wgsl.
+#[derive(Debug)]
+pub(super) enum Leaves {
+    Nothing,
+    /// Two sums of each block: samples in a block, and blocks of the longest trajectory.
+    Blocks {
+        samples: u32,
+        count: u32,
+    },
+    /// The errors of a stretch of samples, for the products of these groups.
+    Errors(Groups),
+}
+
+impl Leaves {
+    /// Words of one candidate.
+    pub(super) fn words(&self) -> u32 {
+        match self {
+            Leaves::Nothing => 0,
+            Leaves::Blocks { count, .. } => 2 * count,
+            Leaves::Errors(_) => 3 * STRETCH,
+        }
+    }
+
+    /// Samples in a block; 0 without blocks.
+    pub(super) fn block(&self) -> u32 {
+        if let Leaves::Blocks { samples, .. } = self { *samples } else { 0 }
+    }
+
+    pub(super) fn groups(&self) -> Option<&Groups> {
+        if let Leaves::Errors(groups) = self { Some(groups) } else { None }
+    }
+}
+
+/// Words of a pair of candidates: three sums, and what rounding takes from each.
+pub(super) const PAIR_WORDS: u32 = 6;
+
+/// Candidates with their copies, in shaders/products.wgsl.
+#[derive(Debug, Default)]
+pub(super) struct Groups {
+    /// First candidate of each, and number of candidates.
+    pub(super) of: Vec<[u32; 2]>,
+    /// Candidates of the largest.
+    pub(super) rows: u32,
+}
+
+impl Groups {
+    /// Pairs of candidates of the largest group.
+    pub(super) fn pairs(&self) -> u32 {
+        self.rows * (self.rows + 1) / 2
+    }
+
+    /// Words of all sums.
+    pub(super) fn words(&self) -> u32 {
+        self.of.len() as u32 * self.pairs() * PAIR_WORDS
+    }
 }
 
 /// Largest number of candidates of one dispatch, whatever the limits: a chunk of 16 samples of them takes about 0.1 s on a slow adapter.
@@ -268,8 +322,8 @@ fn paces(
 }
 
 /// Largest number of candidates of a part.
-pub(super) fn most_candidates(kernel: &Kernel, blocks: u32, limits: &super::Limits) -> u32 {
-    let words = kernel.candidate_words().max(kernel.state_words()).max(kernel.result_words()).max(2 * blocks);
+pub(super) fn most_candidates(kernel: &Kernel, leaves: &Leaves, limits: &super::Limits) -> u32 {
+    let words = kernel.candidate_words().max(kernel.state_words()).max(kernel.result_words()).max(leaves.words());
     let by_bytes = limits.binding.min(limits.buffer) / (4 * u64::from(words));
     let by_workgroups = u64::from(limits.workgroups).pow(2).saturating_mul(u64::from(SMALLEST_WORKGROUP));
     by_bytes.min(by_workgroups).clamp(1, MOST_CANDIDATES) as u32

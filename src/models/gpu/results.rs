@@ -6,7 +6,7 @@ use crate::evaluator::{Failure, FailureKind, Raw, Score, status};
 /// Bits of a result word beside [`status`]: the candidate touched a bound and the convention rejects it.
 const REJECTED: u32 = status::FAILED | 3 << 28;
 
-/// Results of some work: the contents of `results` and of `blocks`, part by part.
+/// Results of some work: the contents of `results`, part by part, and of `blocks`, or the sums of products.
 #[derive(Debug, Default)]
 pub(super) struct Results {
     pub(super) words: Vec<u32>,

@@ -3,17 +3,16 @@
 use super::compile::error::LanesError;
 use super::compile::model::Model;
 use super::run::core::{Core, Finished, History, Observing, Traces};
-use super::run::products::{Bins, Differences, Products};
+use super::run::products::Bins;
 use super::run::real::Real;
 use super::run::simd::InstructionSet;
 use super::run::stream::Stream;
-use super::run::sums::{Adding, SIGNALS, Settings};
+use super::run::sums::{Adding, Settings};
 use crate::convention::BoundRule;
 use crate::evaluator::{
-    BufferSet, Case, Course, EvaluateError, Evaluator, Failure, Innovations, Job, Observed, Observer, Outcome, Pull,
-    Slopes, Windows,
+    BufferSet, Case, Course, Differences, EvaluateError, Evaluator, Failure, Innovations, Job, Observed, Observer,
+    Outcome, Population, Products, Pull, Raw, Residuals, SIGNALS, Score, Slopes, Windows,
 };
-use crate::evaluator::{Population, Raw, Residuals, Score};
 use crate::score::GoodnessOfFit;
 use crate::symbols::Parameters;
 use crate::text::spelling::UnknownWord;

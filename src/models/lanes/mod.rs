@@ -17,6 +17,5 @@ pub use function::Function;
 pub use run::exponential::{exponential, exponential_f64, logarithm, logarithm_f64};
 pub use run::power::power;
 pub use run::power_f64::power as power_f64;
-pub use run::products::{Bins, Differences, Products};
+pub use run::products::Bins;
 pub use run::simd::InstructionSet;
-pub use run::sums::SIGNALS;

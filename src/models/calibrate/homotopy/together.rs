@@ -5,8 +5,7 @@
 //! each search alone.
 
 use super::{Detail, Ground};
-use crate::evaluator::{EvaluateError, Job, Population, Pull, Score, Slopes};
-use crate::lanes::Differences;
+use crate::evaluator::{Differences, EvaluateError, Job, Population, Pull, Score, Slopes};
 use crate::symbols::Symbol;
 use rayon::prelude::*;
 use std::cell::RefCell;

@@ -1,19 +1,21 @@
 //! Populations in blocks, spread over threads, in one precision.
 
 use super::plan::{Part, Plan, Size, candidate, in_order};
-use super::products::{Bins, Differences, Products, Squares};
+use super::products::{Adder, Bins, Squares};
 use super::real::Real;
 use super::simd::{InstructionSet, run_block};
 use super::stream::Stream;
-use super::sums::{SIGNALS, Settings};
+use super::sums::Settings;
 use super::time_loop::{Candidate, Program, Run, Workspace};
 use crate::evaluator::{
-    Case, EvaluateError, Failure, Innovations, Job, Observed, Observer, Population, Raw, Residuals, Score, Slopes,
+    Case, Differences, EvaluateError, Failure, Innovations, Job, Observed, Observer, Population, Products, Raw,
+    Residuals, SIGNALS, Score, Slopes,
 };
 use crate::lanes::compile::error::LanesError;
 use crate::lanes::compile::model::Model;
 use crate::wgsl::is_member;
 use rayon::prelude::*;
+use std::any::TypeId;
 use std::sync::Mutex;
 
 /// Result of one run: the score in the precision of the run, and all raw values.
@@ -366,14 +368,12 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
 
     /// Scores with derivatives, in the order of `differences`; those of a run that fails are infinite.
     pub fn slopes(&self, of: Observing<'_>, differences: &[Differences]) -> Result<Vec<Slopes>, EvaluateError> {
-        let mut products: Vec<Products<'_>> = differences.iter().map(Products::new).collect();
-        let mut each = |stretch: &Residuals| products.par_iter_mut().for_each(|products| products.add(stretch));
-        let (plan, failed) = self.stretches(of, Leaving::Weighted, &mut each)?;
+        let (plan, failed, products) = self.added(of, differences, Bins::ONE)?;
         let slopes = |(products, differences): (&Products<'_>, &Differences)| {
             let norm = &self.streams[of.job.case].norms[plan.order[differences.first].first];
             let weights = [0, 1, 2].map(|k| [norm.weight[k], norm.per_count[k]].map(T::to_f64));
             let mut slopes = products.slopes(weights, of.settings.soft.map_or(0.0, |soft| soft.price));
-            if failed[differences.first..=differences.first + differences.steps.len()].iter().any(Option::is_some) {
+            if failed[differences.group()].iter().any(Option::is_some) {
                 slopes.cost = f64::INFINITY;
             }
             slopes
@@ -387,11 +387,24 @@ impl<T: Real, const A: usize, const B: usize> Core<T, A, B> {
         of: Observing<'_>,
         (differences, bins): (&'a [Differences], Bins<'a>),
     ) -> Result<Vec<Option<Products<'a>>>, EvaluateError> {
-        let mut products: Vec<Products<'_>> = differences.iter().map(|own| Products::in_bins(own, bins)).collect();
-        let mut each = |stretch: &Residuals| products.par_iter_mut().for_each(|products| products.add(stretch));
-        let (_, failed) = self.stretches(of, Leaving::Weighted, &mut each)?;
-        let ran = |of: &Differences| failed[of.first..=of.first + of.steps.len()].iter().all(Option::is_none);
+        let (_, failed, products) = self.added(of, differences, bins)?;
+        let ran = |of: &Differences| failed[of.group()].iter().all(Option::is_none);
         Ok(products.into_iter().zip(differences).map(|(products, of)| ran(of).then_some(products)).collect())
+    }
+
+    /// The sums of all groups, whether or not their runs failed.
+    #[allow(clippy::type_complexity, reason = "the plan, which runs failed, the sums")]
+    fn added<'a>(
+        &self,
+        of: Observing<'_>,
+        differences: &'a [Differences],
+        bins: Bins<'a>,
+    ) -> Result<(Plan, Vec<Option<Failure>>, Vec<Products<'a>>), EvaluateError> {
+        let is_f32 = TypeId::of::<T>() == TypeId::of::<f32>();
+        let mut adders: Vec<Adder<'_>> = differences.iter().map(|own| Adder::new(own, bins, is_f32)).collect();
+        let mut each = |stretch: &Residuals| adders.par_iter_mut().for_each(|adder| adder.add(stretch));
+        let (plan, failed) = self.stretches(of, Leaving::Weighted, &mut each)?;
+        Ok((plan, failed, adders.into_iter().map(Adder::done).collect()))
     }
 
     /// Sums of squares over the bins of runs, in the order of the population; `None` for a run that fails.

@@ -1,20 +1,10 @@
 //! Sums of products of differences, from which the derivatives of a goodness of fit follow.
 
-use super::sums::SIGNALS;
-use crate::evaluator::{Residuals, Slopes};
-use nalgebra::{DMatrix, DVector};
+use crate::evaluator::products::{SHORTFALL, SIGNALS, place};
+use crate::evaluator::{Differences, Products, Residuals};
 use pulp::{Arch, Simd, WithSimd};
 use rayon::prelude::*;
 use std::ops::Range;
-
-/// A candidate among those of a run, followed by copies of it with one coordinate moved at a time.
-#[derive(Debug, Clone, PartialEq)]
-pub struct Differences {
-    /// Position of the candidate.
-    pub first: usize,
-    /// Displacement of each coordinate.
-    pub steps: Vec<f64>,
-}
 
 /// Samples that are summed separately.
 #[derive(Debug, Clone, Copy)]
@@ -29,7 +19,7 @@ pub struct Bins<'a> {
 
 impl Bins<'_> {
     /// All samples in one.
-    const ONE: Bins<'static> = Bins { of: &[], count: 1, mean: 0 };
+    pub(super) const ONE: Bins<'static> = Bins { of: &[], count: 1, mean: 0 };
 
     /// The samples of a stretch that lie in a bin, as ranges from its start.
     fn of_stretch(&self, stretch: &Residuals) -> Vec<(usize, Range<usize>)> {
@@ -48,46 +38,43 @@ impl Bins<'_> {
 /// Places of the signals.
 const SPEED: usize = 1;
 const ACCELERATION: usize = 2;
-const SHORTFALL: usize = 3;
 
 /// Numbers of the widest vector.
 const STRIDE: usize = 8;
 
-/// Σ d_i d_j over the samples of a bin: d_0 is the error of the candidate, the others are the errors of its displaced copies minus d_0.
+/// Adds up the products of a group of runs, stretch by stretch.
 #[derive(Debug)]
-pub struct Products<'a> {
+pub(super) struct Adder<'a> {
     of: &'a Differences,
     bins: Bins<'a>,
     /// Numbers in a row of a matrix of `sums`, and rows: a multiple of [`STRIDE`].
     width: usize,
     /// One matrix per bin and signal, row by row; only from the diagonal on. Entries beyond the coordinates are undefined.
     sums: Vec<f64>,
+    /// For runs in f32, whose products are added in f32 as shaders/products.wgsl adds them: what rounding takes from each sum. Empty for
+    /// runs in f64.
+    lost: Vec<f32>,
     /// The differences of a stretch, sample by sample.
     stretch: Vec<f64>,
     /// Speeds before it, as many as the mean acceleration needs.
     past: Vec<f64>,
 }
 
-impl<'a> Products<'a> {
-    pub(super) fn new(of: &'a Differences) -> Products<'a> {
-        Products::in_bins(of, Bins::ONE)
-    }
-
-    pub(super) fn in_bins(of: &'a Differences, bins: Bins<'a>) -> Products<'a> {
+impl<'a> Adder<'a> {
+    pub fn new(of: &'a Differences, bins: Bins<'a>, is_f32: bool) -> Adder<'a> {
         let width = (of.steps.len() + 1).next_multiple_of(STRIDE);
         let sums = vec![0.0; bins.count * SIGNALS * width * width];
-        Products { of, bins, width, sums, stretch: Vec::new(), past: vec![0.0; bins.mean * width] }
+        let lost = vec![0.0; if is_f32 { sums.len() } else { 0 }];
+        Adder { of, bins, width, sums, lost, stretch: Vec::new(), past: vec![0.0; bins.mean * width] }
     }
 
-    /// Start and length of the sums of a bin and signal.
-    fn place(&self, bin: usize, signal: usize) -> Range<usize> {
-        let size = self.width * self.width;
-        let first = (bin * SIGNALS + signal) * size;
-        first..first + size
+    pub fn done(mut self) -> Products<'a> {
+        self.sums.iter_mut().zip(&self.lost).for_each(|(sum, lost)| *sum += f64::from(*lost));
+        Products::new(self.of, self.width, self.sums)
     }
 
     /// Adds a stretch of all runs.
-    pub(super) fn add(&mut self, stretch: &Residuals) {
+    pub fn add(&mut self, stretch: &Residuals) {
         let ranges = self.bins.of_stretch(stretch);
         for signal in 0..SIGNALS {
             let lagged = signal == ACCELERATION && self.bins.mean > 0;
@@ -122,12 +109,15 @@ impl<'a> Products<'a> {
     }
 
     fn add_signal(&mut self, signal: usize, ranges: &[(usize, Range<usize>)]) {
-        let width = self.width;
+        let (width, rows) = (self.width, self.of.steps.len() + 1);
         for (bin, range) in ranges {
-            let place = self.place(*bin, signal);
+            let place = place(width, *bin, signal);
             let differences = &self.stretch[range.start * width..range.end * width];
-            let rows = self.of.steps.len() + 1;
-            Arch::new().dispatch(Add { sums: &mut self.sums[place], differences, width, rows });
+            if self.lost.is_empty() {
+                Arch::new().dispatch(Add { sums: &mut self.sums[place], differences, width, rows });
+            } else {
+                add_in_f32(&mut self.sums[place.clone()], &mut self.lost[place], differences, width, rows);
+            }
         }
     }
 
@@ -139,48 +129,23 @@ impl<'a> Products<'a> {
         self.stretch = speeds.iter().zip(&self.past).map(|(now, then)| now - then).collect();
         self.past.drain(..self.past.len() - kept);
     }
+}
 
-    /// Σ of the squared error of a signal in a bin.
-    #[must_use]
-    pub fn square(&self, bin: usize, signal: usize) -> f64 {
-        self.sums[self.place(bin, signal)][0]
-    }
-
-    /// Σ of error times derivative, for each moved coordinate.
-    #[must_use]
-    pub fn half_gradient(&self, bin: usize, signal: usize) -> DVector<f64> {
-        let sums = &self.sums[self.place(bin, signal)];
-        DVector::from_fn(self.of.steps.len(), |i, _| sums[i + 1] / self.of.steps[i])
-    }
-
-    /// Σ of products of derivatives.
-    #[must_use]
-    pub fn products(&self, bin: usize, signal: usize) -> DMatrix<f64> {
-        let (steps, sums) = (&self.of.steps, &self.sums[self.place(bin, signal)]);
-        let sum = |i: usize, j: usize| sums[(i.min(j) + 1) * self.width + i.max(j) + 1];
-        DMatrix::from_fn(steps.len(), steps.len(), |i, j| sum(i, j) / (steps[i] * steps[j]))
-    }
-
-    /// `weights`: for each signal, the factor of its root mean square, and one over its number of samples.
-    pub(super) fn slopes(&self, weights: [[f64; 2]; 3], price: f64) -> Slopes {
-        let (half, products) = (|k: usize| self.half_gradient(0, k), |k: usize| self.products(0, k));
-        let mut slopes = Slopes {
-            cost: price * self.square(0, 3),
-            gradient: half(3) * (2.0 * price),
-            curvature: products(3) * (2.0 * price),
-            majorant: products(3) * (2.0 * price),
-        };
-        for (k, [weight, per_count]) in weights.into_iter().enumerate().filter(|(_, w)| w[0] != 0.0) {
-            let root = (self.square(0, k) * per_count).sqrt();
-            let (half, square) = (half(k) * per_count, products(k) * per_count);
-            let root_above_0 = root.max(f64::MIN_POSITIVE.sqrt());
-            slopes.cost += weight * root;
-            slopes.curvature -= &half * half.transpose() * (weight / root_above_0.powi(3));
-            slopes.gradient += half * (weight / root_above_0);
-            slopes.curvature += &square * (weight / root_above_0);
-            slopes.majorant += square * (weight / root_above_0);
+/// The same sums in f32, with the part that rounding loses: `add` of shaders/sums.wgsl.
+fn add_in_f32(sums: &mut [f64], lost: &mut [f32], differences: &[f64], width: usize, rows: usize) {
+    for differences in differences.chunks_exact(width) {
+        for i in 0..rows {
+            for j in i..rows {
+                // Of two numbers in f32 the difference in f64 rounds to that in f32.
+                let term = differences[i] as f32 * differences[j] as f32;
+                let sum = sums[i * width + j] as f32;
+                let high = sum + term;
+                let term_seen = high - sum;
+                let sum_seen = high - term_seen;
+                lost[i * width + j] += (sum - sum_seen) + (term - term_seen);
+                sums[i * width + j] = f64::from(high);
+            }
         }
-        slopes
     }
 }
 

@@ -5,12 +5,9 @@ use super::real::Real;
 use super::rows;
 use super::simd::Lane;
 use super::stream::{NormOf, Stream};
-use crate::evaluator::{Observer, Soft, Windows};
+use crate::evaluator::{Observer, SIGNALS, Soft, Windows};
 use crate::score::Accumulation;
 use std::hint::select_unpredictable;
-
-/// Numbers per sample that derivatives need: three weighted errors and the penalty of a soft run.
-pub const SIGNALS: usize = 4;
 
 /// Kind of the sums.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

@@ -8,9 +8,11 @@ use crate::catalog::Variant;
 use crate::convention::Convention;
 use crate::diagnose::drive::Drive;
 use crate::diagnose::question::DiagnoseError;
-use crate::evaluator::{Case, CaseError, Failure, Innovations, Job, Observer, Population, Pull, Residuals};
+use crate::evaluator::{
+    Case, CaseError, Differences, Failure, Innovations, Job, Observer, Population, Products, Pull, Residuals, SIGNALS,
+};
 use crate::extension::Extension;
-use crate::lanes::{Bins, Differences, Lanes, LanesPrecision, Products, SIGNALS};
+use crate::lanes::{Bins, Lanes, LanesPrecision};
 use crate::score::GoodnessOfFit;
 use crate::symbols::{Bounds, Parameters, Scale, SearchKind, Symbol};
 use crate::vehicle::Vehicle;
