@@ -4,7 +4,7 @@
 // CPU; the tests compare every bit. Generated in front of this file: WORKGROUP (u32).
 
 struct Stretch {
-    // Samples in `errors`, and the distance of two of its numbers of one candidate.
+    // Samples in `errors`, and numbers from one error of a candidate to its next.
     samples: u32,
     stride: u32,
     groups: u32,

@@ -337,7 +337,7 @@ class Evaluator:
         """JᵀJ, Jᵀr and rᵀr of the residuals r of :meth:`residuals` and their derivatives J: shape (n, p) to (n, p, p), (n, p) and (n,).
 
         A Gauss-Newton step d solves JᵀJ d = -Jᵀr. JᵀJ is per unit of two parameters, Jᵀr per unit of one; rᵀr is the score, and
-        2 Jᵀr its gradient. They come from finite differences, with p + 1 simulations per candidate and drive: on a GPU in f32, if the evaluator
+        2 Jᵀr its gradient. They come from finite differences, with p + 2 simulations per candidate and drive: on a GPU in f32, if the evaluator
         is on one (:attr:`device`), otherwise in f64. Where the score of a candidate is infinite, or the run of a neighbour fails, rᵀr is infinite
         and the rest is NaN. Where the convention rounds delays to whole samples, derivatives with respect to a delay are meaningless: fix it.
 

@@ -133,7 +133,7 @@ impl Evaluator {
 
     /// The normal equations of these residuals.
     fn normal_equations<'py>(&self, x: PyReadonlyArray2<'py, f64>) -> PyResult<Equations<'py>> {
-        let rows = self.in_parts(&x, &self.parts[3], |inner, candidates| inner.normal_equations(candidates))?;
+        let rows = self.in_parts(&x, &self.parts[3], leadlag::Evaluator::normal_equations)?;
         let (n, p) = (rows.len(), x.as_array().ncols());
         let jtj = Array3::from_shape_fn((n, p, p), |(i, a, b)| rows[i].jtj[a * p + b]);
         let jtr = Array2::from_shape_fn((n, p), |(i, a)| rows[i].jtr[a]);

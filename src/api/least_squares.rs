@@ -14,8 +14,11 @@ const PART: usize = 128;
 const PART_ON_A_DEVICE: usize = 8192;
 
 /// Differences of a run in f32, as shares of the ranges: with three times as much, derivatives are three times as wrong because residuals
-/// are not straight; with less, rounding hides the effect of parameters that matter little.
+/// are nonlinear; with less, rounding hides the effect of parameters that matter little.
 const DIFFERENCE_IN_F32: f64 = 1e-3;
+
+/// The least difference of a value in f32, as a share of it: four units in the last place, so that it is not rounded to 0.
+const LEAST_IN_F32: f64 = 4.0 * f32::EPSILON as f64;
 
 /// The normal equations of one candidate, for the residuals r of [`Evaluator::residuals`] and their derivatives J with respect to the p
 /// parameters: a Gauss-Newton step d solves JᵀJ d = -Jᵀr.
@@ -48,7 +51,7 @@ impl Evaluator {
         Ok(found)
     }
 
-    /// The normal equations of the same residuals, one per candidate, from finite differences: p + 1 simulations on each drive. An evaluator
+    /// The normal equations of the same residuals, one per candidate, from finite differences: p + 2 simulations on each drive. An evaluator
     /// on a GPU computes them there, in f32 with compensated sums and larger differences; the others compute them in f64. Where the
     /// score of a candidate is infinite, or the run of a neighbour fails, `rtr` is infinite and the other numbers are NaN. With a
     /// convention that rounds delays to whole samples the derivatives with respect to a delay are meaningless: fix it.
@@ -57,10 +60,18 @@ impl Evaluator {
     /// As [`Evaluator::residuals`].
     pub fn normal_equations(&mut self, candidates: &[f64]) -> Result<Vec<NormalEquations>, Error> {
         self.check_norms()?;
-        let is_on_device = self.inner.adapter().is_some();
-        let mut found = Vec::new();
-        for part in self.whole(candidates)?.chunks(if is_on_device { PART_ON_A_DEVICE } else { PART }) {
-            found.extend(self.normal_equations_of(part, is_on_device)?);
+        let candidates = self.whole(candidates)?;
+        let (mut rest, mut found) = (candidates.as_slice(), Vec::new());
+        let mut on_device = self.inner.adapter().is_some();
+        while !rest.is_empty() {
+            let (now, later) = rest.split_at(rest.len().min(if on_device { PART_ON_A_DEVICE } else { PART }));
+            if let Some(equations) = self.normal_equations_of(now, on_device)? {
+                found.extend(equations);
+                rest = later;
+            } else {
+                // The device has failed, and the CPU continues.
+                on_device = false;
+            }
         }
         Ok(found)
     }
@@ -84,11 +95,12 @@ impl Evaluator {
         Ok(all)
     }
 
+    /// `None` if they were to be computed on a device that has failed.
     fn normal_equations_of(
         &mut self,
         candidates: &[Vec<f64>],
         on_device: bool,
-    ) -> anyhow::Result<Vec<NormalEquations>> {
+    ) -> anyhow::Result<Option<Vec<NormalEquations>>> {
         let feasible =
             if on_device { self.feasible_on_device(candidates)? } else { self.feasible(self.exact()?, candidates)? };
         let (space, p) = (&self.prepared.space, self.free.len());
@@ -96,10 +108,13 @@ impl Evaluator {
         for i in &feasible {
             let moved = |free: &usize| {
                 let [lower, upper] = space.bounds[*free];
-                let step = (upper - lower) * if on_device { DIFFERENCE_IN_F32 } else { DIFFERENCE };
                 let from = candidates[*i][*free];
+                let step = match on_device {
+                    true => (DIFFERENCE_IN_F32 * (upper - lower)).max(LEAST_IN_F32 * from.abs()),
+                    false => DIFFERENCE * (upper - lower),
+                };
                 let to = if from + step > upper { from - step } else { from + step };
-                // What a device sees of it.
+                // A device rounds both.
                 let step = if on_device { f64::from(to as f32) - f64::from(from as f32) } else { to - from };
                 (to, step)
             };
@@ -120,10 +135,11 @@ impl Evaluator {
         let share = 1.0 / cases as f64;
         for case in 0..cases {
             let job = Job { case, population: &population };
-            let on_device = if on_device { self.inner.slopes(&job, &differences)? } else { None };
-            let slopes = match on_device {
-                Some(slopes) => slopes,
-                None => self.exact()?.slopes(&job, &differences, Pull::NONE)?,
+            let slopes = if on_device {
+                let Some(slopes) = self.inner.slopes(&job, &differences)? else { return Ok(None) };
+                slopes
+            } else {
+                self.exact()?.slopes(&job, &differences, Pull::NONE)?
             };
             for (sum, slopes) in sums.iter_mut().zip(&slopes) {
                 sum.rtr += share * slopes.cost;
@@ -142,7 +158,7 @@ impl Evaluator {
         for (i, sum) in feasible.into_iter().zip(sums).filter(|(_, sum)| sum.rtr.is_finite()) {
             all[i] = sum;
         }
-        Ok(all)
+        Ok(Some(all))
     }
 
     /// The places of the candidates with a finite score on every drive, by the evaluator.

@@ -22,7 +22,7 @@ fn derivatives_do_not_depend_on_parts_or_submissions() {
         let bits = |limits| {
             let mut gpu = gpu(vec![case(variant, PAPER, 400, 0.5)], Precision::Plain, limits);
             let mut slopes = gpu.slopes(&job(0, &population), &groups).unwrap().expect("a GPU has slopes");
-            // Another population in the same buffers.
+            // Other groups in the same buffers.
             gpu.slopes(&job(0, &population), &groups[10..]).unwrap();
             let again = gpu.slopes(&job(0, &population), &groups).unwrap().expect("a GPU has slopes");
             slopes.retain(|slopes| slopes.cost.is_finite());
@@ -97,6 +97,15 @@ fn normal_equations_of_a_gpu_are_those_in_f64() {
                 }
             }
         }
+    }
+    // A difference that f32 cannot resolve: of a narrow range, and far beyond the bounds.
+    let narrow = leadlag::Calibration::of("idm").and_then(|one| one.evaluator("gpu")).expect("there is");
+    let mut narrow = narrow.bound("v_0", 33.0, 33.001).evaluate_on(&[&drives[0]]).expect("it can be");
+    let mut far = narrow.lower();
+    far[narrow.parameters().iter().position(|name| *name == "v_0").expect("it is free")] = 1e6;
+    for own in narrow.normal_equations(&[narrow.lower(), far].concat()).expect("a norm") {
+        let numbers = [own.jtj, own.jtr, vec![own.rtr]].concat();
+        assert!(numbers.iter().all(|x| x.is_finite()), "{numbers:?}");
     }
     let theil =
         leadlag::Calibration::of("idm").and_then(|one| one.minimise("u-sva")).and_then(|one| one.evaluator("gpu"));

@@ -7,9 +7,10 @@ use crate::common::{
 use leadlag::internal::catalog::Variant;
 use leadlag::internal::convention::{Convention, GradeLookup};
 use leadlag::internal::evaluator::{
-    BufferSet, Case, Course, CourseError, EvaluateError, Evaluator, Fallback, Job, Outcome, Population, Score,
-    Splitting, Table, Timings,
+    BufferSet, Case, Course, CourseError, Differences, EvaluateError, Evaluator, Fallback, Job, Outcome, Population,
+    Pull, Score, Slopes, Splitting, Table, Timings,
 };
+use leadlag::internal::lanes::{Lanes, LanesPrecision};
 use leadlag::internal::reference::Reference;
 use leadlag::internal::score::GoodnessOfFit;
 use leadlag::internal::symbols::Symbol;
@@ -239,6 +240,38 @@ impl Evaluator for Small {
         self.check(jobs)?;
         self.inner.outcomes(jobs)
     }
+    /// Those of `lanes`.
+    fn slopes(&mut self, job: &Job<'_>, groups: &[Differences]) -> Result<Option<Vec<Slopes>>, EvaluateError> {
+        let (adapter, message) = ("a card".to_owned(), "out of memory".to_owned());
+        if groups.iter().map(|group| group.group().len()).sum::<usize>() > self.room {
+            return Err(EvaluateError::Memory { adapter, message });
+        }
+        let lanes = Lanes::new(self.cases().to_vec(), *self.gof(), LanesPrecision::F64)?;
+        lanes.slopes(job, groups, Pull::NONE).map(Some)
+    }
+}
+
+#[test]
+fn groups_that_do_not_fit_into_the_memory_of_a_device_are_split() {
+    let v: Vec<f64> = (0..60).map(|i| 20.0 + 5.0 * (f64::from(i) / 20.0).sin()).collect();
+    let reference = Reference::new(vec![behind(&v)], GoodnessOfFit::NRMSE_SVA);
+    let mut population =
+        Population::new(&[Symbol::k_s, Symbol::k_v, Symbol::k_0, Symbol::v_0, Symbol::d_0, Symbol::t_h]);
+    (0..60).for_each(|i| population.push(&[0.1 + f64::from(i) / 200.0, 0.3, 1.0, 33.0, 2.0, 1.0]));
+    let job = Job { case: 0, population: &population };
+    let groups: Vec<Differences> = (0..11).map(|k| Differences { first: 5 * k, steps: vec![0.1; 1 + k % 3] }).collect();
+    let small = |room: usize| Box::new(Small { inner: reference.clone(), room });
+    let expected = small(100).slopes(&job, &groups).expect("it runs");
+    for room in [4, 5, 8, 31, 32, 100] {
+        assert_eq!(Splitting::new(small(room)).slopes(&job, &groups).expect("in pieces"), expected, "room for {room}");
+    }
+    assert!(matches!(Splitting::new(small(3)).slopes(&job, &groups), Err(EvaluateError::Memory { .. })));
+    // Without a device there are none.
+    let spare = reference.clone();
+    let replace = Box::new(move |_: &EvaluateError, _| Ok(Box::new(spare.clone()) as Box<dyn Evaluator>));
+    let mut fallback = Fallback::new(small(3), replace);
+    assert_eq!(fallback.slopes(&job, &groups).expect("the second evaluator runs"), None);
+    assert_eq!(fallback.name(), "reference");
 }
 
 #[test]

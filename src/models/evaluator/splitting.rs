@@ -126,14 +126,27 @@ impl Evaluator for Splitting {
     }
 
     fn slopes(&mut self, job: &Job<'_>, differences: &[Differences]) -> Result<Option<Vec<Slopes>>, EvaluateError> {
-        match self.inner.slopes(job, differences) {
-            Err(EvaluateError::Memory { .. }) if differences.len() > 1 => {
-                let (some, others) = differences.split_at(differences.len() / 2);
-                let both = (self.slopes(job, some)?, self.slopes(job, others)?);
-                Ok(both.0.zip(both.1).map(|(some, others)| [some, others].concat()))
+        let (mut all, mut rest) = (Vec::with_capacity(differences.len()), differences);
+        while !rest.is_empty() {
+            let mut candidates = 0;
+            let fits = |group: &&Differences| {
+                candidates += group.group().len();
+                candidates <= self.most
+            };
+            let groups = rest.iter().take_while(fits).count().max(1);
+            let (now, later) = rest.split_at(groups);
+            match self.inner.slopes(job, now) {
+                Ok(Some(slopes)) => all.extend(slopes),
+                Ok(None) => return Ok(None),
+                Err(error) if groups == 1 => return Err(error),
+                Err(error) => {
+                    self.halve(now.iter().map(|group| group.group().len()).sum(), error)?;
+                    continue;
+                }
             }
-            found => found,
+            rest = later;
         }
+        Ok(Some(all))
     }
 
     fn outcomes(&mut self, jobs: &[Job<'_>]) -> Result<Vec<Outcome>, EvaluateError> {

@@ -129,11 +129,14 @@ impl Context {
     /// The sums of products of the groups under way.
     fn prepare_groups(&mut self, set: usize, work: &Work) -> Result<(), Fault> {
         let Some(groups) = work.leaves.groups() else { return Ok(()) };
+        let began = Instant::now();
         let Context { device, summing, replaced, buffers, .. } = self;
         device.making("preparing the sums of products", || {
             let summing = summing.get_or_insert_with(|| Summing::new(device, replaced));
             summing.prepare(device, buffers[set][0].left(), groups);
-        })
+        })?;
+        self.warm_up += began.elapsed();
+        Ok(())
     }
 
     /// The kernel in the form for this device, which may have replaced another one. On hardware it depends on the evaluator alone: two

@@ -1,7 +1,7 @@
 //! Scores with derivatives: groups of candidates in parts, and what their sums of products mean.
 
 use super::kernel::Sums;
-use super::plan::{Groups, Leaves, PAIR_WORDS, most_candidates};
+use super::plan::{Groups, Leaves, PAIR_WORDS, most_candidates, pairs};
 use super::results::score_of;
 use super::{Gpu, OWN};
 use crate::evaluator::{Differences, EvaluateError, Job, Population, Products, SIGNALS, Score, Slopes};
@@ -32,8 +32,8 @@ impl Gpu {
         let (mut candidates, mut rows, mut fitting) = (0, 0, 0);
         for group in groups {
             candidates += group.group().len();
-            rows = rows.max(group.group().len());
-            let sums = 4 * (fitting + 1) as u64 * u64::from(PAIR_WORDS) * (rows * (rows + 1) / 2) as u64;
+            rows = rows.max(group.group().len() as u32);
+            let sums = 4 * (fitting + 1) as u64 * u64::from(PAIR_WORDS) * u64::from(pairs(rows));
             if candidates > most || sums > limits.binding.min(limits.buffer) {
                 break;
             }
@@ -63,7 +63,7 @@ impl Gpu {
         let work = self.finish(OWN)?;
         let scores: Vec<Score> = self.results.words.iter().map(|word| score_of(*word)).collect();
         let word = |at: usize| f64::from(f32::from_bits(self.results.blocks[at]));
-        let (rows, pairs) = (rows as usize, (rows * (rows + 1) / 2) as usize);
+        let (rows, pairs) = (rows as usize, pairs(rows) as usize);
         let all = differences.len() * pairs;
         let slopes = |(k, (group, place)): (usize, (&Differences, Range<usize>))| {
             let mut matrices = vec![0.0; SIGNALS * rows * rows];

@@ -61,15 +61,15 @@ pub(super) struct Groups {
 }
 
 impl Groups {
-    /// Pairs of candidates of the largest group.
-    pub(super) fn pairs(&self) -> u32 {
-        self.rows * (self.rows + 1) / 2
-    }
-
     /// Words of all sums.
     pub(super) fn words(&self) -> u32 {
-        self.of.len() as u32 * self.pairs() * PAIR_WORDS
+        self.of.len() as u32 * pairs(self.rows) * PAIR_WORDS
     }
+}
+
+/// Pairs of candidates of a group of this many.
+pub(super) fn pairs(rows: u32) -> u32 {
+    rows * (rows + 1) / 2
 }
 
 /// Largest number of candidates of one dispatch, whatever the limits: a chunk of 16 samples of them takes about 0.1 s on a slow adapter.

@@ -1,4 +1,4 @@
-//! Sums of products of differences, from which the derivatives of a goodness of fit follow.
+//! Adds up products of differences, in f64, or in f32 as shaders/products.wgsl does.
 
 use crate::evaluator::products::{SHORTFALL, SIGNALS, place};
 use crate::evaluator::{Differences, Products, Residuals};
@@ -136,7 +136,7 @@ fn add_in_f32(sums: &mut [f64], lost: &mut [f32], differences: &[f64], width: us
     for differences in differences.chunks_exact(width) {
         for i in 0..rows {
             for j in i..rows {
-                // Of two numbers in f32 the difference in f64 rounds to that in f32.
+                // The difference of two numbers of a run in f32, taken in f64, rounds to that in f32.
                 let term = differences[i] as f32 * differences[j] as f32;
                 let sum = sums[i * width + j] as f32;
                 let high = sum + term;

@@ -1,4 +1,4 @@
-//! Sums of a run, and the score that follows: `add`, `total` and `score` of shaders/kernel.wgsl.
+//! Sums of a run, and the score that follows: `add` of shaders/sums.wgsl, `total` and `score` of shaders/kernel.wgsl.
 #![allow(clippy::needless_range_loop, reason = "loops over rows of lanes, in the form that is vectorised")]
 
 use super::real::Real;
