@@ -111,12 +111,17 @@ def test_residuals_and_normal_equations_belong_to_the_scores(drive: ll.Drive) ->
         evaluator.normal_equations(middle[1:])
 
 
-@pytest.mark.skipif("LEADLAG_NO_GPU" in os.environ, reason="LEADLAG_NO_GPU is set")
-def test_normal_equations_of_a_gpu(drive: ll.Drive) -> None:
+def on_a_gpu(drive: ll.Drive) -> ll.Evaluator:
+    if "LEADLAG_NO_GPU" in os.environ:
+        pytest.skip("LEADLAG_NO_GPU is set")
     try:
-        gpu = ll.Evaluator(drive, "idm", device="gpu")
+        return ll.Evaluator(drive, "idm", device="gpu")
     except ll.Error as error:
         pytest.skip(f"no GPU, not even a software one: {error}")
+
+
+def test_normal_equations_of_a_gpu(drive: ll.Drive) -> None:
+    gpu = on_a_gpu(drive)
     exact = ll.Evaluator(drive, "idm")
     middle = (gpu.lower + gpu.upper) / 2
     (found, slope, score), expected = gpu.normal_equations(middle), exact.normal_equations(middle)
@@ -149,12 +154,8 @@ def test_an_evaluator_scores_what_a_calibration_finds(fit: ll.Fit, drive: ll.Dri
     assert np.array_equal(evaluator(many), evaluator(many.tolist()))
 
 
-@pytest.mark.skipif("LEADLAG_NO_GPU" in os.environ, reason="LEADLAG_NO_GPU is set")
 def test_a_gpu_gives_the_bits_of_the_cpu(drive: ll.Drive) -> None:
-    try:
-        gpu = ll.Evaluator(drive, "idm", device="gpu")
-    except ll.Error as error:
-        pytest.skip(f"no GPU, not even a software one: {error}")
+    gpu = on_a_gpu(drive)
     lanes = ll.Evaluator(drive, "idm", device="lanes")
     many = lanes.lower + np.random.default_rng(3).random((100, 6)) * (lanes.upper - lanes.lower)
     found = gpu(many)
